@@ -20,7 +20,7 @@ from clearance.mechanism.layout import Layout
 from clearance.mechanism.loops import check_reach, mode
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.structure import Structure, Tracing, marked, named
-from clearance.mechanism.topology import Plan, closed_plan, cut_plan
+from clearance.mechanism.topology import Plan, closed_plan, cut_plan, opens
 from clearance.scene.scene import Scene, counterparts
 from clearance.tracing.trace import Trace
 from clearance.values.spots import BLENDED
@@ -33,7 +33,7 @@ ROUNDING = 1e-9  # of a turn
 MOST_BUILT = 4
 #: what follows from a scene and is looked up once for all runs of it
 SHARED = ("spots", "reach", "frequency", "energy", "acceleration", "scale")
-SHARED += ("offsets", "places", "share", "turning")
+SHARED += ("offsets", "places", "share", "turning", "opens", "memory")
 MOST_STRUCTURES = 200  # that a process keeps; a trace takes some 3 MB, names of its parts little
 
 
@@ -87,6 +87,16 @@ class Mechanism:
     def spots(self) -> list[tuple[Element, Spot]]:
         """Places where elements may touch, in the order of the layout."""
         return self.scene.spots
+
+    @cached_property
+    def opens(self) -> bool:
+        """True where some loop has a joint that only forces hold, and can be opened there."""
+        return opens(self.plan)
+
+    @cached_property
+    def memory(self) -> dict:
+        """Numbers that follow from the scene alone, as runs have worked them out."""
+        return {}
 
     @cached_property
     def reach(self) -> np.ndarray:

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from clearance.elements.joint import Joint
 from clearance.elements.regimes import FULL_FILM, depth_warning
 from clearance.machine.callback import Callback
-from clearance.mechanism.topology import opens
 from clearance.results.ledger import LedgerWatch
 from clearance.results.recorder import Recorder
 from clearance.run.start import QUASI_STATIC, quasi_static
@@ -55,7 +55,7 @@ class Diagnosis:
         self.dead_centre = ""  # of which loop, once the ledger has failed there
         # share of the energy whose loss has loops looked at
         rtol = run.solver.rtol
-        self.doubt = SUSPICIOUS * rtol if opens(run.mechanism.plan) else doubtful(rtol)
+        self.doubt = SUSPICIOUS * rtol if run.mechanism.opens else doubtful(rtol)
         self.latest: list[np.ndarray] = []
 
     # --- on the way
@@ -297,13 +297,14 @@ class Diagnosis:
 
     def _end_warnings(self) -> list[str]:
         """Warnings of joints about their last outputs."""
-        if self.recorder.last is None:
+        joints = self.run.mechanism.scene.clearance_joints
+        joints = [j for j in joints if type(j).at_end is not Joint.at_end]
+        if self.recorder.last is None or not joints:
             return []
         ends = {
             c.path: float(v)
             for c, v in zip(self.recorder.channels, self.recorder.last[1], strict=True)
         }
-        joints = self.run.mechanism.scene.clearance_joints
         return [*filter(None, (j.at_end(_named(ends, f"{j.key}/")) for j in joints))]
 
     def _method_warnings(self) -> list[str]:

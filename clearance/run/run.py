@@ -22,7 +22,7 @@ from clearance.run.options import (
     Span,
     longest_step,
 )
-from clearance.run.outputs import Watched
+from clearance.run.outputs import watched_of
 from clearance.run.start import state_from
 from clearance.stepping import status
 from clearance.stepping.state import (
@@ -74,7 +74,7 @@ class Run:
             source.reset()
         self.budget = SLOW_BUDGET if online else BUDGET
         self.loop = import_module("clearance.stepping.loop")
-        self.watched = Watched(mechanism, span.until, outputs)
+        self.watched = watched_of(mechanism, span.until, outputs)
         self.state = self._new_state()
         self.watched.install(self.state, self.solver.rtol)
         self.method.use(self.method.current)
