@@ -17,6 +17,7 @@ from clearance.commands.common import (
 
 #: parameters are listed up to so many; networks have more
 MOST_LISTED = 100
+MOST_TRIALS = 6  # whose rms errors are listed
 #: options of models that have an option of the command
 APART = "bounds", "lag"
 
@@ -79,6 +80,19 @@ def add(commands) -> argparse.ArgumentParser:
         help="read numbers that look like degrees, N mm or ms as SI",
     )
     p.add_argument(
+        "--predict",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="a measurement that is predicted, not fitted, such as of another speed; may be "
+        "repeated",
+    )
+    p.add_argument(
+        "--columns",
+        metavar="LIST",
+        help="headings of any CSV file: time=t,rate_z=speed,torque_z=torque",
+    )
+    p.add_argument(
         "-o", dest="output", metavar="DIR", help="folder for fit.h5, modelled.h5 and pictures"
     )
     p.add_argument("--plot", action="store_true", help="draw pictures into the folder")
@@ -93,9 +107,14 @@ def run(options) -> int:
     if options.plot and not options.output:
         raise ValueError("--plot needs a folder for the pictures: give -o DIR")
     model = _model(options)
-    measurement = read(
-        options.data, trusted=options.trust_units, predicts=getattr(model, "predicts", None)
-    )
+    about = {
+        "trusted": options.trust_units,
+        "predicts": getattr(model, "predicts", None),
+        "columns": _columns(options.columns),
+    }
+    measurement = read(options.data, **about)
+    for path in options.predict:
+        measurement = measurement.with_predicted(read(path, **about))
     make_folder(options)
     line = Line(options)
     fitted = fit(
@@ -121,6 +140,16 @@ def run(options) -> int:
             )
     print(json_text(document) if options.json else "\n".join(lines))
     return DONE
+
+
+def _columns(text: str | None) -> dict[str, str] | None:
+    """Headings of a file by our names. Raises ValueError for what is no such list."""
+    if text is None:
+        return None
+    pairs = [item.partition("=") for item in text.split(",")]
+    if not all(equals and heading for _, equals, heading in pairs):
+        raise ValueError(f"--columns {text}: expected NAME=HEADING,NAME=HEADING")
+    return {name.strip(): heading.strip() for name, _, heading in pairs}
 
 
 def _model(options):
@@ -239,6 +268,7 @@ def _document(fitted, measurement) -> dict:
         "parameter_count": len(fitted.fitted),
         "not_fitted": fitted.facts.get("still", []),
         "scores": scores,
+        "rms": {t.name: fitted.rms(t) for t in measurement.trials},
         "doubts": list(fitted.doubts),
         "left_aside": list(measurement.facts.get("columns_left_aside", [])),
     }
@@ -285,5 +315,7 @@ def _readable(document: dict) -> list[str]:
     for role, s in d["scores"].items():
         three = " ".join(f"{s['over'][over]:>8.4f}" for over in ("rms", "std", "range"))
         lines.append(f"    {role:<22} {three}   {s['trials']} trials, {s['samples']} samples")
+    if len(d["rms"]) <= MOST_TRIALS:
+        lines += [f"    {name:<22} rms error {rms:.4g}" for name, rms in d["rms"].items()]
     lines += [f"  doubt        {doubt}" for doubt in d["doubts"]]
     return lines + [f"  left aside   column {name}" for name in d["left_aside"]]

@@ -2,6 +2,7 @@
 whatever is wrong with them.
 """
 
+import gzip
 import json
 import re
 import zlib
@@ -30,6 +31,23 @@ def text_of(path: str | Path) -> str:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise ValueError(f"{path} is not a text file in UTF-8") from None
+
+
+def unpacked_text(path: str | Path) -> str:
+    """The text of a file that gzip may have packed. Raises ValueError as `text_of`."""
+    path = Path(path)
+    if path.suffix != ".gz":
+        return text_of(path)
+    try:
+        with gzip.open(path, "rt", encoding="utf-8-sig") as file:
+            text = file.read(LARGEST)
+    except FileNotFoundError:
+        raise
+    except (OSError, EOFError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path} is no text that gzip has packed: {error}") from None
+    if len(text) == LARGEST:
+        raise ValueError(f"{path} unpacks to more than {LARGEST} letters")
+    return text
 
 
 @contextmanager

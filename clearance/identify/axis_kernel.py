@@ -125,19 +125,32 @@ def step(layout, values, state, rate, dt, torque):
     kernel_at(layout.torque)(0.0, y, y, y, torque)
 
 
-def drive(layout: Layout, values: np.ndarray, rate: np.ndarray, dt: float, torque, slopes) -> None:
-    """Torque (n, axes) [N m] at samples of the rates (n, axes) a step [s] apart, from rest.
+def drive(
+    layout: Layout,
+    values: np.ndarray,
+    rate: np.ndarray,
+    dt: float | np.ndarray,
+    torque,
+    slopes,
+    middle: np.ndarray | None = None,
+) -> None:
+    """Torque (n, axes) [N m] at samples of the rates (n, axes), from rest.
 
-    slopes (n, axes, values): its slopes by the values, none where there is no room for them.
+    dt: step [s] between samples, or the times since the samples before (n,). slopes (n, axes,
+        values): its slopes by the values, none where there is no room for them. middle: mean
+        rates since the samples before, where they are not those of neighbouring samples.
     """
     between = rate
-    if not layout.static:
+    if middle is not None and not layout.static:
+        between = middle
+    elif not layout.static:
         between = np.concatenate([rate[:1], 0.5 * (rate[1:] + rate[:-1])])
-    _drive(layout, values, rate, between, dt, torque, slopes)
+    steps = np.broadcast_to(np.asarray(dt, float), len(rate)).copy()
+    _drive(layout, values, rate, between, steps, torque, slopes)
 
 
 @njit(cache=True, error_model="numpy")
-def _drive(layout, values, rate, between, dt, torque, slopes):
+def _drive(layout, values, rate, between, steps, torque, slopes):
     size, count = rate.shape[1], slopes.shape[2]
     wide = size + count
     y = np.concatenate((np.zeros(2 * size + 1), values))
@@ -148,7 +161,7 @@ def _drive(layout, values, rate, between, dt, torque, slopes):
     for n in range(rate.shape[0]):
         if layout.bristles:
             y[size + 1 : 2 * size + 1] = between[n]
-            y[size] = dt if n else 0.0
+            y[size] = steps[n] if n else 0.0
             kernel_at(moves)(0.0, y, y, y, out)
             y[:size] = out[:size]
             for c in range(size):

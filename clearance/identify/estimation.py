@@ -215,14 +215,21 @@ class Thinned(NamedTuple):
     step: float
     samples: int
     facts: dict
+    between: float | np.ndarray
+    angle: np.ndarray
+    rate_between: np.ndarray | None = None
 
 
 def _thinned(trial) -> Thinned:
     every = min(max(trial.samples // FEW, 1), MOST_THINNED)
     rate, torque = (np.ascontiguousarray(a[::every]) for a in (trial.rate, trial.torque))
-    return Thinned(
-        trial.name, rate, torque, trial.step * every, len(rate), getattr(trial, "facts", {})
-    )
+    step, facts = trial.step * every, getattr(trial, "facts", {})
+    between = step if trial.even else np.diff(trial.time[::every], prepend=trial.time[0])
+    angle, middle = trial.angle[::every], None
+    if trial.turned is not None:
+        times = between if np.ndim(between) else np.full(len(rate), between)
+        middle = np.diff(angle, axis=0, prepend=angle[:1]) / np.maximum(times, 1e-300)[:, None]
+    return Thinned(trial.name, rate, torque, step, len(rate), facts, between, angle, middle)
 
 
 class Passes:
@@ -607,9 +614,9 @@ def estimate(
     search, random = Search(model), np.random.default_rng(seed)
     typical = search.searched(search.typical)
     begins = [typical, *(random.uniform(*search.bounds) for _ in range(starts - 1))]
-    if model.lag:
+    for k in model.centred:
         for begin in begins:
-            begin[-1] = typical[-1]
+            begin[k] = typical[k]
     axes = [axes_of(t) for t in trials] if model.exact else []
     complete = Part(np.full(typical.size, True), list(trials), axes)
     passes = complete.passes(model, search, progress)

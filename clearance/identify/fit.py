@@ -87,6 +87,11 @@ class Fit:
         """Torque (n, 3) [N m] that the model gives for a trial."""
         return self.model.torque(self.values, trial)
 
+    def rms(self, trial) -> float:
+        """Rms error of a trial, in its units: of the measured torques [N m], or of all columns."""
+        errors = self.model.predicted(self.values, trial) - self.model.observed(trial)
+        return float(np.sqrt(np.mean(errors**2)))
+
     def score(self, trials: Iterable, over: str = "rms") -> float:
         """NRMSE of these trials, see `nrmse`."""
         return _score(self.model, self.values, trials, over)

@@ -1,7 +1,6 @@
 """Measured records: a column of a CSV file over time or over the angle of a drive."""
 
 import csv
-import gzip
 import math
 import re
 from dataclasses import dataclass
@@ -9,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.files.texts import LARGEST, text_of
+from clearance.files.texts import unpacked_text
 from clearance.values.checks import meant
 from clearance.values.units import UNITS
 
@@ -52,7 +51,7 @@ def read(path: str | Path, column: str | None = None) -> Measured:
     Raises ValueError, with file and line, for what is no such record.
     """
     path = Path(path)
-    lines = _text(path).splitlines()
+    lines = unpacked_text(path).splitlines()
     rows = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"]
     if len(rows) <= FEWEST:
         raise ValueError(
@@ -74,20 +73,6 @@ def read(path: str | Path, column: str | None = None) -> Measured:
         raise ValueError(f"{path}:{cells[row][0]}: {names[x_at]} must grow from row to row")
     name, units, factor = headings[y_at]
     return Measured(path, name, units, along, x, columns[:, y_at] * factor)
-
-
-def _text(path: Path) -> str:
-    """The text of a file, unpacked. Raises ValueError for one that cannot be unpacked."""
-    if path.suffix != ".gz":
-        return text_of(path)
-    try:
-        with gzip.open(path, "rt", encoding="utf-8-sig") as file:
-            text = file.read(LARGEST)
-    except (OSError, EOFError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path} is no text that gzip has packed: {error}") from None
-    if len(text) == LARGEST:
-        raise ValueError(f"{path} unpacks to more than {LARGEST} letters")
-    return text
 
 
 def _cells(path: Path, i: int, line: str, split: str) -> list[str]:

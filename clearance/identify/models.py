@@ -73,6 +73,7 @@ WEIGHT = Parameter("weight", "1", -2.0, 2.0, 0.1)
 LOOSE = 0.1  # how firmly a network's units are held, beside its weights
 THICK = Parameter("viscous", "N m s/rad", 1e-3, 10.0, 0.05)
 LAG = Parameter("lag", "s", -0.02, 0.02, 0.0)
+OFFSET = Parameter("offset", "N m", -100.0, 100.0, 0.0)
 FOLLOWS = Parameter("load_exponent", "1", 0.05, 3.0, 1.0)
 #: how the torque follows the preload: not at all, as preload^1, as preload^n
 LOADS = ("fixed", "proportional", "power")
@@ -96,8 +97,11 @@ def preload_of(trial) -> float:
 def delayed(trial, lag: float) -> np.ndarray:
     """Rate [rad/s] of a trial a time [s] earlier, at `FINER` steps a sample, piecewise linear.
 
-    Before the record it is that of the first sample: records should begin at rest.
+    Before the record it is that of the first sample: records should begin at rest. Raises
+    ValueError for an uneven clock.
     """
+    if not getattr(trial, "even", True):
+        raise ValueError(f"trial {trial.name!r}: a lag needs even steps of the time")
     position = np.arange(FINER * (trial.samples - 1) + 1) / FINER - lag / trial.step
     columns = (np.interp(position, np.arange(trial.samples), column) for column in trial.rate.T)
     return np.ascontiguousarray(np.stack(list(columns), axis=1))
@@ -130,6 +134,11 @@ class Model:
     def roughness(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows (k, p) and numbers (k,) whose difference, over the rms torque, a fit holds small."""
         return np.zeros((0, len(self.parameters))), np.zeros(0)
+
+    @property
+    def centred(self) -> list[int]:
+        """Places of parameters that every start of a fit has at their typical values."""
+        return [len(self.parameters) - 1] if getattr(self, "lag", False) else []
 
     @property
     def groups(self) -> tuple[str, str, str]:
@@ -248,19 +257,25 @@ class Driven(Model):
         3, packed).
         """
         axes = np.flatnonzero(trial.rate.any(axis=0))
-        rate, dt, every = trial.rate, trial.step, 1
+        rate, dt, every = trial.rate, getattr(trial, "between", trial.step), 1
         if self.lag:
             rate = delayed(trial, float(packed[len(self.parameters) - 1]) + later)
-            dt, every = dt / FINER, FINER
+            dt, every = trial.step / FINER, FINER
         count, moving = packed.size * slopes, np.ascontiguousarray(rate[:, axes])
+        middle = getattr(trial, "rate_between", None) if every == 1 else None
+        if middle is not None:
+            middle = np.ascontiguousarray(middle[:, axes])
         parts = np.empty(moving.shape), np.empty((*moving.shape, count))
         if axes.size:
-            axis_kernel.drive(self.kernels_of(tuple(axes.tolist())), packed, moving, dt, *parts)
-        if axes.size == 3 and every == 1:
-            return parts
+            kernels = self.kernels_of(tuple(axes.tolist()))
+            axis_kernel.drive(kernels, packed, moving, dt, *parts, middle)
         torque, by = np.zeros((trial.samples, 3)), np.zeros((trial.samples, 3, count))
         torque[:, axes], by[:, axes] = (part[::every] for part in parts)
+        self.add_position(packed, trial, axes, torque, by)
         return torque, by
+
+    def add_position(self, packed, trial, axes, torque: np.ndarray, by: np.ndarray) -> None:
+        """Add parts of the torque that do not depend on the rate, and their slopes: none."""
 
     def sensitivity(self, values: Values, trial) -> tuple[np.ndarray, np.ndarray]:
         """Torque (n, 3) [N m] of a trial and its slopes by the parameters (n, 3, p)."""
@@ -293,7 +308,9 @@ class LuGre(Driven):
     load: dependence of the total torque on the fact `preload` F of a trial, fixed (none),
         proportional or power, (F / preload)^load_exponent. All other numbers are then those at
         `preload` [N].
-    lag: a parameter lag [s], the delay of torques behind their rates, is fitted too.
+    lag: a parameter lag [s], the delay of torques behind their rates, is fitted too. offset,
+        position: so are M_0 [N m] and so many harmonics of the angle q turned since the start:
+        M_0 + sum_k (a_k cos k q + b_k sin k q). `step` leaves them out.
 
     Valid for one temperature; sticks with the stiffness sigma0, creeps under a load that swings
     below T_s.
@@ -309,9 +326,14 @@ class LuGre(Driven):
     load: str = "fixed"
     preload: float = PRELOAD
     lag: bool = False
+    offset: bool = False
+    position: int = 0
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self):
+        if isinstance(self.position, bool) or not isinstance(self.position, int):
+            raise ValueError(f"position must be a whole number, got {self.position!r}")
+        non_negative("position", self.position)
         object.__setattr__(self, "knots", _checked_knots(self.knots, 2) if len(self.knots) else ())
         if isinstance(self.network, bool) or not isinstance(self.network, int) or self.network < 0:
             raise ValueError(
@@ -389,13 +411,47 @@ class LuGre(Driven):
         )
         functions += [FOLLOWS] * (self.load == "power")
         parameters = [replace(p, name=f"{g}_{p.name}") for g in groups for p in functions]
+        parameters += [replace(OFFSET, name=f"{g}_{n}") for g in groups for n in self._terms]
         return self.bounded([*parameters, *([LAG] * self.lag)], 1e-12)
+
+    @cached_property
+    def _terms(self) -> list[str]:
+        """Terms of an axis that do not depend on its rate."""
+        harmonics = range(1, self.position + 1)
+        return ["offset"] * self.offset + [f"{f}_{k}" for k in harmonics for f in ("cos", "sin")]
+
+    @cached_property
+    def _of_rate(self) -> int:
+        """Number of the parameters of the law."""
+        groups = len(dict.fromkeys(self.groups))
+        return len(self.parameters) - self.lag - groups * len(self._terms)
+
+    @property
+    def centred(self) -> list[int]:
+        """The terms and the lag."""
+        return list(range(self._of_rate, len(self.parameters)))
+
+    def add_position(self, packed, trial, axes, torque: np.ndarray, by: np.ndarray) -> None:
+        """Add the terms of the axes that move."""
+        count, names = len(self._terms), list(dict.fromkeys(self.groups))
+        if not count:
+            return
+        angle = trial.angle
+        for axis in axes:
+            turned = [k * angle[:, axis] for k in range(1, self.position + 1)]
+            rows = [np.ones(len(angle))] * self.offset
+            rows += [f(x) for x in turned for f in (np.cos, np.sin)]
+            first = self._of_rate + count * names.index(self.groups[axis])
+            torque[:, axis] += packed[first : first + count] @ np.array(rows)
+            if by.shape[2]:
+                by[:, axis, first : first + count] = np.array(rows).T
 
     @cached_property
     def form(self) -> Form:
         """All that decides its kernels but for the numbers."""
-        names, count = list(dict.fromkeys(self.groups)), len(self.parameters) - self.lag
-        widths = *[count // len(names)] * len(names), self.lag + (self.load != "fixed")
+        names, count = list(dict.fromkeys(self.groups)), self._of_rate
+        others = len(self.parameters) - count + (self.load != "fixed")
+        widths = *[count // len(names)] * len(names), others
         options = self.coupled, self.knots, self.network, float(self.exponent), self.static
         return Form(*options, self.load, tuple(map(names.index, self.groups)), widths)
 
@@ -441,7 +497,7 @@ class LuGre(Driven):
         """T [N m], sigma0 [N m/rad], sigma1, sigma2 [N m s/rad] of the axes at speeds (n,) [rad/s],
         (3, 4, n).
         """
-        form, count = self.form, len(self.parameters) - self.lag
+        form, count = self.form, self._of_rate
         function, speeds = lugre_kernel.by_speed(form), np.asarray(speeds, float).tolist()
         rows = self.array(values)[:count].reshape(-1, form.widths[0]).tolist()
         by_group = [[(*function(s, row), row[form.viscous]) for s in speeds] for row in rows]

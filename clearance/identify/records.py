@@ -11,6 +11,7 @@ HDF5 (format "clearance-measurement"; SI, every dataset has `units` and `long_na
         time                            [s], even steps
         rate_x rate_y rate_z            [rad/s] relative angular velocity; none: no rotation
         torque_x torque_y torque_z      [N m] torque that drives the motion; none: not measured
+        angle_x angle_y angle_z         [rad] measured angle; none: that of the rate
 
 Frame: that of the housing; x and y tilt, z is the stud, about which the joint spins. A dataset
 whose `units` state ms, deg/s, N mm or kN m is converted.
@@ -36,10 +37,10 @@ from pathlib import Path
 import numpy as np
 
 from clearance.files.replacing import replacing
-from clearance.files.texts import text_of
+from clearance.files.texts import unpacked_text
 from clearance.results.reading import Damaged, Reader, open_checked
 from clearance.results.tables import provenance, save_tables
-from clearance.values.checks import identifier
+from clearance.values.checks import identifier, meant
 from clearance.values.units import UNITS as KNOWN_UNITS
 
 FORMAT = "clearance-measurement"
@@ -56,7 +57,9 @@ QUANTITIES = {
     "time": ("time", {"s": 1.0, "ms": 1e-3}),
     "rate": ("relative angular velocity", {"rad/s": 1.0, "deg/s": math.pi / 180.0}),
     "torque": ("torque that keeps the motion up", {"N m": 1.0, "N mm": 1e-3, "kN m": 1e3}),
+    "angle": ("relative angle", {"rad": 1.0, "deg": math.pi / 180.0}),
 }
+OPTIONAL = "angle"
 #: column of a trial -> the same of it
 COLUMNS = {
     f"{quantity}_{axis}".rstrip("_"): (f"{meaning} {axis}".rstrip(), units)
@@ -78,6 +81,7 @@ FEWEST = 50
 #: share of a step by which two samples may be nearer or farther than the others: rounded clocks, no
 #: gaps
 UNEVEN = 0.1
+GAP = 50.0  # steps after which a clock that may be uneven has left the record
 #: what no test of a ball joint exceeds: degrees, N mm and ms taken for SI units do
 LONGEST_STEP = 0.05  # s
 HIGHEST_RATE = 50.0  # rad/s, eight turns a second
@@ -91,9 +95,10 @@ Where = Callable[[int], str]
 
 
 class Sampled:
-    """Something over equal time steps: `time` (n,) [s]."""
+    """Something over time steps: `time` (n,) [s]; even: they are equal."""
 
     time: np.ndarray
+    even = True
 
     @property
     def step(self) -> float:
@@ -105,6 +110,11 @@ class Sampled:
         """Number of samples."""
         return len(self.time)
 
+    @property
+    def between(self) -> float | np.ndarray:
+        """Time step [s], or the times since the samples before (n,), where a clock is uneven."""
+        return self.step if self.even else np.diff(self.time, prepend=self.time[0])
+
 
 @dataclass(frozen=True, eq=False)
 class Trial(Sampled):
@@ -112,7 +122,8 @@ class Trial(Sampled):
     of the housing.
 
     measured: axes whose torque counts, the others are set to zero; facts: SI, such as preload,
-        amplitude, speed, frequency.
+        amplitude, speed, frequency; even: steps of the time are equal; turned (n, 3): measured
+        angles [rad], nan where an axis has none.
     Raises ValueError for shapes, labels and samples that cannot be, naming row and column.
     """
 
@@ -125,6 +136,8 @@ class Trial(Sampled):
     torque: np.ndarray
     measured: tuple[bool, bool, bool] = (True, True, True)
     facts: dict = field(default_factory=dict)
+    even: bool = True
+    turned: np.ndarray | None = None
 
     def __post_init__(self):
         identifier("trial name", self.name)
@@ -152,7 +165,7 @@ class Trial(Sampled):
         columns = {
             f"{q}_{a}": arrays[q][:, i] for q in ("rate", "torque") for i, a in enumerate(AXES)
         }
-        check(self.name, {"time": arrays["time"], **columns})
+        check(self.name, {"time": arrays["time"], **columns}, even=self.even)
         for name, values in {**arrays, "measured": measured}.items():
             object.__setattr__(self, name, values)
 
@@ -162,9 +175,29 @@ class Trial(Sampled):
 
     @property
     def angle(self) -> np.ndarray:
-        """Angles turned about the axes since the start (n, 3) [rad], by the trapezoidal rule."""
-        middle = 0.5 * self.step * (self.rate[1:] + self.rate[:-1])
+        """Angles turned about the axes since the start (n, 3) [rad], measured or by the
+        trapezoidal rule.
+        """
+        rate = self.rate_between
+        if rate is None:
+            rate = np.concatenate([self.rate[:1], 0.5 * (self.rate[1:] + self.rate[:-1])])
+        middle = np.diff(self.time)[:, None] * rate[1:]
         return np.concatenate([np.zeros((1, 3)), np.cumsum(middle, axis=0)])
+
+    @property
+    def rate_between(self) -> np.ndarray | None:
+        """Mean rates since the samples before (n, 3) [rad/s], by measured angles; None where no
+        angle was measured. The first is that of its sample.
+        """
+        if self.turned is None:
+            return None
+        mean = np.concatenate([self.rate[:1], 0.5 * (self.rate[1:] + self.rate[:-1])])
+        mean[1:] = np.where(
+            np.isfinite(self.turned[1:]),
+            np.diff(self.turned, axis=0) / np.diff(self.time)[:, None],
+            mean[1:],
+        )
+        return mean
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,6 +275,11 @@ class Measurement:
             )
         return Measurement(tuple(trials), self.facts)
 
+    def with_predicted(self, others: "Measurement") -> "Measurement":
+        """This measurement and trials of another one that are extrapolated."""
+        trials = (replace(t, role="extrapolation") for t in others.trials)
+        return Measurement((*self.trials, *trials), self.facts)
+
     def named(self, name: str) -> Trial:
         """A trial by its name. Raises KeyError for an unknown one."""
         for trial in self.trials:
@@ -261,9 +299,11 @@ class Measurement:
 
 
 # --- checks
-def check(trial: str, columns: dict[str, np.ndarray], row: Where = "row {}".format) -> None:
+def check(
+    trial: str, columns: dict[str, np.ndarray], row: Where = "row {}".format, even: bool = True
+) -> None:
     """Raises ValueError for columns (n,) of a trial that are too short, not finite, or whose time
-    is uneven.
+    is uneven; where it may be, for gaps of GAP steps.
 
     row: place of sample i; rows count from 0.
     """
@@ -284,12 +324,12 @@ def check(trial: str, columns: dict[str, np.ndarray], row: Where = "row {}".form
             f"trial {trial!r}, {row(i)}, column time: {time[i]:.9g} s does not come after "
             f"{time[i - 1]:.9g} s"
         )
-    if (bad := abs(steps - step) > UNEVEN * step).any():
+    if (bad := abs(steps - step) > (UNEVEN if even else GAP) * step).any():
         i = int(bad.argmax()) + 1
         raise ValueError(
             f"trial {trial!r}, {row(i)}, column time: {steps[i - 1]:.6g} s after the row before, "
             f"others {step:.6g} s; "
-            "time must go in even steps"
+            f"{'time must go in even steps' if even else 'cut the record there'}"
         )
 
 
@@ -347,21 +387,28 @@ def check_units(
 
 # --- reading
 def read(
-    path: str | Path, *, trusted: bool = False, predicts: Mapping[str, str] | None = None
+    path: str | Path,
+    *,
+    trusted: bool = False,
+    predicts: Mapping[str, str] | None = None,
+    columns: Mapping[str, str] | None = None,
 ) -> Measurement:
-    """Read a measurement, CSV where the file's name ends so, else HDF5.
+    """Read a measurement, CSV (or packed, .csv.gz) where the file's name ends so, else HDF5.
 
     trusted: leave out `check_units`. predicts: columns that a model of one's own predicts, with
         their SI units. The trials are `Series` of these and all other columns of numbers, else
-        `Trial`.
+        `Trial`. columns: headings of any CSV file by the names of ours, such as {"rate_z": "speed
+        [rad/s]"}, with or without the unit; its clock may be uneven.
     Raises FileNotFoundError, and ValueError naming trial, row and column.
     """
     path = Path(path)
     trusted = trusted or bool(predicts)
-    if path.suffix.lower() == ".csv":
+    if path.name.lower().endswith((".csv", ".csv.gz")):
         if not path.exists():
             raise FileNotFoundError(f"no measurement file {path}")
-        return _checked(path, trusted, lambda rows: _read_csv(path, rows, predicts))
+        return _checked(path, trusted, lambda rows: _read_csv(path, rows, predicts, columns))
+    if columns:
+        raise ValueError(f"{path}: columns are named for CSV files; HDF5 has names of its own")
     with open_checked(path, "clearance measurement", FORMAT, FORMAT_VERSION) as file:
         return _checked(path, trusted, lambda rows: _read_hdf5(file, predicts))
 
@@ -390,6 +437,7 @@ def _made(
     facts: dict,
     predicts: Mapping[str, str] | None,
     row: Where = "row {}".format,
+    even: bool = True,
 ) -> "Trial | Series":
     """A trial of SI columns (n,): those of rate that are missing are zero, those of torque were not
     measured. With `predicts` a series of all columns.
@@ -408,8 +456,10 @@ def _made(
     for axis, measured_here in zip(AXES, measured, strict=True):
         if measured_here and f"rate_{axis}" not in columns:
             raise ValueError(f"trial {name!r} has a column torque_{axis} but no column rate_{axis}")
-    check(name, columns, row)
+    check(name, columns, row, even)
     time = columns["time"]
+    unseen = np.full_like(time, math.nan)
+    turned = np.stack([columns.get(f"angle_{a}", unseen) for a in AXES], axis=1)
     rate, torque = (
         np.stack([columns.get(f"{q}_{a}", np.zeros_like(time)) for a in AXES], axis=1)
         for q in ("rate", "torque")
@@ -418,7 +468,15 @@ def _made(
     axis = "mixed" if spins and tilts else "spin" if spins else "tilt"
     usual = {"kind": "other", "role": "training", "axis": axis}
     return Trial(
-        name, **usual | labels, time=time, rate=rate, torque=torque, measured=measured, facts=facts
+        name,
+        **usual | labels,
+        time=time,
+        rate=rate,
+        torque=torque,
+        measured=measured,
+        facts=facts,
+        even=even,
+        turned=turned if np.isfinite(turned).any() else None,
     )
 
 
@@ -489,10 +547,13 @@ def plain(value):
 
 
 def _read_csv(
-    path: Path, rows: dict[str, Where], predicts: Mapping[str, str] | None = None
+    path: Path,
+    rows: dict[str, Where],
+    predicts: Mapping[str, str] | None = None,
+    renamed: Mapping[str, str] | None = None,
 ) -> Measurement:
     """Read a CSV file; `rows` is filled with the line of each sample of a trial."""
-    lines = text_of(path).splitlines()
+    lines = unpacked_text(path).splitlines()
     if any("\0" in t for t in lines):
         raise ValueError("not a text file: it has a NUL character")
     content = [(i, t) for i, t in enumerate(lines, 1) if t.strip() and not t.startswith("#")]
@@ -501,6 +562,7 @@ def _read_csv(
     header = content[0][1]
     mark = next((m for m in ";\t" if m in header), ",")
     names = [n.strip() for n in _csv_cells([header], mark, [content[0][0]])[0]]
+    names = _renamed(names, renamed or {})
     columns = _csv_series(names) if predicts else _csv_columns(names)
     numbers = np.array([i for i, _ in content[1:]])
     cells = _csv_cells([t for _, t in content[1:]], mark, numbers)
@@ -511,10 +573,34 @@ def _read_csv(
     facts, by_trial = _csv_facts(t for t in lines if t.startswith("#"))
     unused = [n for n in names if n not in columns and n not in ("trial", *LABELS)]
     trials = [
-        _csv_trial(name, part, table, columns, numbers, by_trial, rows, predicts)
+        _csv_trial(name, part, table, columns, numbers, by_trial, rows, predicts, not renamed)
         for name, part in _parts(path, table, numbers)
     ]
     return Measurement(tuple(trials), facts | ({"columns_left_aside": unused} if unused else {}))
+
+
+def _renamed(names: list[str], wanted: Mapping[str, str]) -> list[str]:
+    """Headings of a file by our names, with the units that they have in brackets.
+
+    Raises ValueError for a heading that the file does not have, and for a unit of another kind.
+    """
+    names = list(names)
+    for ours, heading in wanted.items():
+        if ours not in COLUMNS:
+            hint = meant(ours, COLUMNS)
+            raise ValueError(f"columns: no column {ours!r}{hint}; there are {', '.join(COLUMNS)}")
+        stems = [n.partition("[")[0].strip() for n in names]
+        there = names if heading in names else stems
+        if heading not in there:
+            raise ValueError(f"columns: no column {heading!r}; there are {', '.join(names)}")
+        at = there.index(heading)
+        unit = names[at].partition("[")[2].rstrip("] ").replace(" ", "")
+        units = {u.replace(" ", ""): u for u in COLUMNS[ours][1]}
+        if unit and unit not in units:
+            raise ValueError(f"columns: {names[at]} must be in {' or '.join(COLUMNS[ours][1])}")
+        suffix = f"_{units[unit]}".replace("/", "_").replace(" ", "_") if unit else ""
+        names[at] = f"{ours}{suffix}"
+    return names
 
 
 def _csv_cells(texts: list[str], mark: str, numbers: Sequence[int]) -> list[list[str]]:
@@ -536,14 +622,15 @@ def _csv_columns(names: list[str]) -> dict[str, tuple[str, float, str]]:
     those that cannot be.
     """
     _check_once(names, "column {!r} comes twice")
+    needed = tuple(q for q in QUANTITIES if q != OPTIONAL)
     for name in names:
-        if name not in HEADINGS and name.lower().startswith(tuple(QUANTITIES)):
+        if name not in HEADINGS and name.lower().startswith(needed):
             headings = ", ".join(["trial", *LABELS, *HEADINGS])
             raise ValueError(f"column {name!r} is not known; known are {headings}")
     present = {n: HEADINGS[n] for n in names if n in HEADINGS}
     stems = [stem for stem, *_ in present.values()]
     _check_once(stems, "column {} comes twice, in different units")
-    for quantity in QUANTITIES:
+    for quantity in needed:
         if not any(s.startswith(quantity) for s in stems):
             *wanted, last = [c for c in COLUMNS if c.startswith(quantity)]
             wanted = f"{', '.join(wanted)} or {last}" if wanted else last
@@ -625,6 +712,7 @@ def _csv_trial(
     by_trial: dict,
     rows: dict,
     predicts: Mapping | None,
+    even: bool,
 ) -> Trial | Series:
     lines = numbers[part]
     rows[name] = lambda i: f"line {lines[i]}"
@@ -644,7 +732,7 @@ def _csv_trial(
                 )
             labels[label] = values.pop()
     units = {stem: unit for stem, _, unit in meaning.values()}
-    return _made(name, columns, units, labels, by_trial.get(name, {}), predicts, rows[name])
+    return _made(name, columns, units, labels, by_trial.get(name, {}), predicts, rows[name], even)
 
 
 def _numbers(trial: str, column: str, texts, lines: np.ndarray) -> np.ndarray:
@@ -694,12 +782,18 @@ def _columns(trial: Trial | Series) -> dict[str, np.ndarray]:
         return {"time": trial.time, **trial.columns}
     rates = {f"rate_{a}": trial.rate[:, i] for i, a in enumerate(AXES)}
     torques = {f"torque_{a}": trial.torque[:, i] for i, a in enumerate(AXES) if trial.measured[i]}
-    return {"time": trial.time, **rates, **torques}
+    angles = {}
+    if trial.turned is not None:
+        angles = {f"angle_{a}": v for a, v in zip(AXES, trial.turned.T, strict=True)}
+    angles = {n: v for n, v in angles.items() if np.isfinite(v).all()}
+    return {"time": trial.time, **rates, **torques, **angles}
 
 
 def _write_csv(path: Path, measurement: Measurement) -> Path:
     series = isinstance(measurement.trials[0], Series)
     names = list(_columns(measurement.trials[0]) if series else COLUMNS)
+    there = {n for t in measurement.trials for n in _columns(t)}
+    names = [n for n in names if n in there or not n.startswith(OPTIONAL)]
     present = [label for label in LABELS if hasattr(measurement.trials[0], label)]
     with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         file.writelines(f"# {k} = {v}\n" for k, v in measurement.facts.items())
