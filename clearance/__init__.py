@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # for editors: names of laws and elements, modules, and what 
         FilmSolution as FilmSolution,
         Groove as Groove,
     )
+    from clearance.film.elastic import elastic_film as elastic_film
     from clearance.film.online import (
         conserving_film as conserving_film,
         fast_film as fast_film,
@@ -106,6 +107,7 @@ _LAZY = {
     "FilmSolution": "clearance.film.bearing",
     "Groove": "clearance.film.bearing",
     "conserving_film": "clearance.film.online",
+    "elastic_film": "clearance.film.elastic",
     "fast_film": "clearance.film.online",
     "fem_film": "clearance.film.online",
     "pad_table": "clearance.film.pad_law",

@@ -117,7 +117,7 @@ class ClearanceRevolute(ClearanceJoint):
             self._set("film", replace(self.film, settings=tuple(settings.items())))
         if (
             self.outline is None
-            and self.contact is None
+            and self.ends_at_wall
             and math.hypot(*self.eccentricity) >= self.clearance
         ):
             raise ValueError(
@@ -246,6 +246,11 @@ class ClearanceRevolute(ClearanceJoint):
         return self.wear_journal is not None or any(self.outline.parameters["journal"])
 
     @property
+    def ends_at_wall(self) -> bool:
+        """True where nothing carries a journal beyond the clearance."""
+        return self.contact is None and not self.film.law.through_wall
+
+    @property
     def contact_length(self) -> float:
         """Length over which the contact presses [m]."""
         return self.contact.values["length"]
@@ -278,7 +283,7 @@ class ClearanceRevolute(ClearanceJoint):
         return states + ([State("warming", "K", WARMING, 1)] if warms else [])
 
     def spots(self) -> list[Spot]:
-        kind = FILM if self.contact is None else CONTACT if self.impacts else BLENDED
+        kind = FILM if self.ends_at_wall else CONTACT if self.impacts else BLENDED
         return [Spot(kind, self.clearance, math.hypot(*self.eccentricity_rate))]
 
     def act(self, m, w) -> None:

@@ -50,6 +50,7 @@ from clearance.film.control_volumes import CAVITATED, FIXED, FULL, VOLUME, Mesh,
 from clearance.film.film_answer import Answer, respond
 from clearance.film.oil_balance import LIMIT, Flow, Past, inflow, lift_off, settle, size_of, sweep
 from clearance.values import checks
+from clearance.values.algebra import each
 
 # shortest time since the last moment, in units of the time in which the motion changes the film
 INSTANT = 1e-9
@@ -80,7 +81,8 @@ class MemoryFilm:
         conserving: False leaves the memory of the content out (P >= lowest where P and its slope
         vanish: Swift-Stieber); outline, journal: worn depths [m] of bearing and journal at equal
         angles of their bodies' frames, None where unworn; drag: "ring" where cavities drag as if
-        full, "wet" where they do with their content.
+        full, "wet" where they do with their content; grading: of the cells, towards the
+        first angle (0 to 1) and towards the ends, 0: equal ones.
 
     Fields of the last accepted moment: content (n, m) and pressure above ambient [Pa] (n, m). They
     stand at theta [rad] (n,) and axial, z from the middle [m] (m,). mass_defect: oil made or lost
@@ -102,6 +104,7 @@ class MemoryFilm:
         outline: Sequence[float] | None = None,
         journal: Sequence[float] | None = None,
         drag: str = WET,
+        grading: tuple[float, float] = (0.0, 0.0),
     ):
         n, nz = check_mesh(mesh)
         if bearing.roughness > 0.0:
@@ -118,7 +121,7 @@ class MemoryFilm:
             )
         self.bearing, self.conserving = bearing, bool(conserving)
         self.filled = check_drag("film with memory", drag) == RING
-        self.liner = checks.non_negative("liner", liner)
+        self.liner, self.grading = checks.non_negative("liner", liner), grading
         self.iterations, self.mass_defect = 0, 0.0
         self._lay(n, nz)
         self._outlines = [_over(depths, bearing.clearance) for depths in (outline, journal)]
@@ -127,28 +130,39 @@ class MemoryFilm:
 
     def _lay(self, n: int, nz: int) -> None:
         """The grid and the memory that the kernels work in."""
-        width, depth = 2.0 * math.pi / n, 0.5 / nz
+        around, along = self.grading
         start = self.bearing.grooves[0].angle if self.bearing.grooves else 0.0
-        self.theta = start + width * np.arange(n)
-        self.axial = self.bearing.length * depth * (np.arange(nz) + 0.5)
-        face = self.theta + 0.5 * width
-        ring = np.column_stack([np.cos(self.theta), np.sin(self.theta), np.cos(face), np.sin(face)])
+
+        def angle(turns):
+            return start + 2.0 * math.pi * turns - around * each(math.sin, 2.0 * math.pi * turns)
+
+        self.theta = angle(np.arange(n) / n)
+        edges, self._midway = angle((np.arange(n + 1) - 0.5) / n), angle((np.arange(n) + 0.5) / n)
+        faces = np.linspace(0.0, 0.5, nz + 1)
+        if along > 0.0:
+            faces = 0.5 * each(math.tanh, 2.0 * along * faces) / math.tanh(along)
+        depth, middle = np.diff(faces), 0.5 * (faces[1:] + faces[:-1])
+        # the flow out of the end is exact for the parabola of a short bearing (its cell means too)
+        to_end = 0.5 * depth[-1] * (1.0 - 2.0 * depth[-1] / 3.0)
+        self.axial = self.bearing.length * middle
+        width, half = np.diff(edges), 0.5 * np.diff(edges)
+        ring = np.column_stack(
+            [f(at) for at in (self.theta, self._midway) for f in (np.cos, np.sin)]
+        )
         column = np.arange(n)
         self._mesh = Mesh(
             ring,
             np.where(2 * column < n, 2 * column, 2 * (n - column) - 1),
             worn=np.zeros((n, 4)),
             width=width,
+            step=np.diff(angle(np.arange(n + 1) / n)),
             depth=depth,
-            area=width * depth,
+            apart=np.append(np.diff(middle), to_end),
             weight=self.bearing.axial,
-            mean=math.sin(0.5 * width) / (0.5 * width),
+            mean=np.sin(half) / half,
             soft=self.liner * self.bearing.pressure_scale / self.bearing.clearance,
             oil=self.bearing.oil,
             lowest=self.bearing.lowest,
-            # exact for the parabola of a short bearing (its cell means too), where 2 would be the
-            # plain half cell
-            leak=2.0 / (1.0 - 2.0 * depth / 3.0),
             carried=float(self.conserving),
             filled=self.filled,
         )
@@ -179,7 +193,7 @@ class MemoryFilm:
         if bearing is None and journal is None:
             worn[:, :3] = lift
             return
-        face = self.theta + 0.5 * self._mesh.width
+        face = self._midway
         worn[:] = 0.0
         for depths, shift in ((bearing, 0.0), (journal, angle)):
             if depths is not None:
@@ -195,15 +209,17 @@ class MemoryFilm:
     def _sweep(self, vx: float, vy: float, spin: float, lift_rate: float) -> None:
         """The rate of the rigid gap's volumes, see `sweep`, and that of the lift."""
         sweep((vx, vy), spin, self.content, self._mesh, self._base)
-        self._base += 12.0 * self._mesh.width * self._mesh.depth * lift_rate * self.content
+        self._base += 12.0 * self._mesh.width[:, None] * lift_rate * self.content
 
     def _cut(self, groove: Groove) -> None:
         """Fix P - lowest in the cells of a groove."""
         n, nz = self._fixed.shape
-        middle = round((groove.angle - self.theta[0]) / self._mesh.width)
-        beside = round(0.5 * groove.width / self._mesh.width)
+        width = 2.0 * math.pi / n
+        middle = round((groove.angle - self.theta[0]) / width)
+        beside = round(0.5 * groove.width / width)
         columns = np.arange(middle - beside, middle + beside + 1) % n
-        self._fixed[columns, : max(1, round(groove.length * nz))] = (
+        layers = np.sum(self.axial <= 0.5 * groove.length * self.bearing.length)
+        self._fixed[columns, : max(1, layers)] = (
             groove.pressure / self.bearing.pressure_scale - self._mesh.lowest
         )
 
@@ -229,7 +245,7 @@ class MemoryFilm:
         """Gap over c at the last answer or accepted moment, the mean of each cell, (n, m)."""
         kind = self._state.kind
         volume = self._system.cell[:, : kind.shape[1], VOLUME]  # without the layer of the ends
-        return np.array(np.broadcast_to(volume, kind.shape)) / self._mesh.area
+        return np.array(np.broadcast_to(volume, kind.shape)) / self._mesh.width[:, None]
 
     def _since(self, vx: float, vy: float, spin: float, elapsed: float) -> float:
         """elapsed, not below INSTANT of the time in which the motion changes the film."""
@@ -389,9 +405,12 @@ class MemoryFilm:
         if self.conserving:
             free = kind != FIXED
             was = self.content * (volume - self._growth) - self._base / flow.hold
-            gained = np.sum((content * volume - was)[free])
+            depth = np.broadcast_to(self._mesh.depth, kind.shape)[free]
+            gained = np.sum(depth * (content * volume - was)[free])
             entered = inflow(self._state, flow.drag, self._mesh, self._system) / flow.hold
-            self.mass_defect = abs(gained - entered) / max(np.sum((content * volume)[free]), 1e-300)
+            self.mass_defect = abs(gained - entered) / max(
+                np.sum(depth * (content * volume)[free]), 1e-300
+            )
             self.content = np.clip(content, 0.0, 1.0)
         self._stored, self._begun = volume, True
         self.thinnest = min(self.thinnest, float(self.gap[kind != FIXED].min()))

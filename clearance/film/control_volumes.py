@@ -21,15 +21,16 @@ AXIAL, VOLUME, SHEAR, ROOT = 0, 4, 8, 12
 PRESS, REDUCED, THIN, RATE, TOUCH = range(5)
 LOWEST_GAP = 1e-6  # H is not taken below this: roughness is larger
 
-#: of a bearing. ring: cos, sin of each cell's middle, cos, sin of the face behind it (n, 4). order:
+#: of a bearing. ring: cos, sin of each cell's middle, cos, sin midway to the next (n, 4). order:
 #: position of each column in the band (n,). worn: depths over c in the middle, at the face behind,
-#: their mean over the cell, and the journal's growth over the cell (n, 4). width, depth and area of
-#: a cell; weight: (R / L)^2; mean: of cos over a cell's width relative to its middle. soft:
-#: deflection per P [s]; oil: how P thickens it; lowest: P in a cavity. leak: conductance of the end
-#: over that between two cells; carried: 1 where the flow carries the content, 0 where it carries
-#: full gaps (the memoryless film); filled: whether cavities drag as if full
+#: their mean over the cell, and the journal's growth over the cell (n, 4). width of each column
+#: (n,); step: from its middle to the next one's (n,); depth of each layer (nz,); apart: from its
+#: middle to the next one's, or to the end, as far as the flow counts it (nz,); weight: (R / L)^2;
+#: mean: of cos over a column's width relative to its middle (n,). soft: deflection per P [s]; oil:
+#: how P thickens it; lowest: P in a cavity. carried: 1 where the flow carries the content, 0 where
+#: it carries full gaps (the memoryless film); filled: whether cavities drag as if full
 Mesh = namedtuple(
-    "Mesh", "ring order worn width depth area weight mean soft oil lowest leak carried filled"
+    "Mesh", "ring order worn width step depth apart weight mean soft oil lowest carried filled"
 )
 #: of a film: kind of its cells, p = P - lowest, content f, each (n, nz)
 State = namedtuple("State", "kind p content")
@@ -53,16 +54,15 @@ def floored(gap):
 
 
 @inlined
-def join(gaps, slopes, mesh, face):
+def join(gaps, slopes, width, face):
     """Conductance and gap of one face: exact for a one-dimensional film between the middles of its
     two cells.
 
     With the flow q = 6 spin H - H^3 P' constant between them, q = 6 spin gap - conductance (P_next
     - P_this). Here conductance = 1 / I3, gap = I2 / I3 and I_k is the integral of H^-k (Simpson).
-    P is the reduced pressure of film/piezo.py. Both are multiplied by the cells' axial size. gaps,
+    P is the reduced pressure of film/piezo.py. Both are per axial length. gaps,
     and their slopes: in the middle of this cell, at the face, in the middle of the next cell.
     """
-    width, depth = mesh.width, mesh.depth
     (here, own_on), (mid, mid_on), (far, far_on) = (
         floored(gaps[0]),
         floored(gaps[1]),
@@ -72,17 +72,17 @@ def join(gaps, slopes, mesh, face):
     a, b, d = 1.0 / here, 1.0 / mid, 1.0 / far
     third = width / 6.0 * (a * a * a + 4.0 * b * b * b + d * d * d)
     second = width / 6.0 * (a * a + 4.0 * b * b + d * d)
-    face[COND] = depth / third
+    face[COND] = 1.0 / third
     face[DRAG] = 0.0
-    face[GAP] = depth * second / third
+    face[GAP] = second / third
     for m in range(4):
         da = -own_on * own_slope[m] * a * a
         db = -mid_on * mid_slope[m] * b * b
         dd = -far_on * far_slope[m] * d * d
         d_third = width / 2.0 * (a * a * da + 4.0 * b * b * db + d * d * dd)
         d_second = width / 3.0 * (a * da + 4.0 * b * db + d * dd)
-        face[COND + 1 + m] = -depth * d_third / (third * third)
-        face[GAP + 1 + m] = depth * (d_second - second / third * d_third) / third
+        face[COND + 1 + m] = -d_third / (third * third)
+        face[GAP + 1 + m] = (d_second - second / third * d_third) / third
 
 
 @inlined
@@ -90,52 +90,51 @@ def lean(gaps, slopes, thin, drag, mesh, face):
     """Let the gap of a face go over to that of the cell upstream where the drag of a soft liner is
     the stronger one (cell Peclet number above 1).
 
-    gap = (1 - w) gap + w upstream, w = Pe^2 / (1 + Pe^2), Pe = drag soft depth / (conductance thin)
+    gap = (1 - w) gap + w upstream, w = Pe^2 / (1 + Pe^2), Pe = drag soft / (conductance thin)
     Central differences oscillate there, and no Newton step settles. Here the matrix keeps its
     signs, and where the film is resolved the change is of third order. A gap that is constant, as
     in a contact, it leaves as it is. thin: mu0 / mu at the face, and its slopes.
     """
-    peclet = drag * mesh.soft * mesh.depth / (face[COND] * thin[0])
+    peclet = drag * mesh.soft / (face[COND] * thin[0])
     share = peclet * peclet / (1.0 + peclet * peclet)
     side = 0 if drag >= 0.0 else 2
     up, on = floored(gaps[side])
-    apart = mesh.depth * up - face[GAP]
+    apart = up - face[GAP]
     bend = 2.0 * share * (1.0 - share) * apart
     face[GAP] += share * apart
     face[DRAG] = bend / drag if drag != 0.0 else 0.0
     for m in range(4):
         thinner = face[COND + 1 + m] / face[COND] + (thin[m - 1] / thin[0] if m > 1 else 0.0)
-        upstream = mesh.depth * on * slopes[side][m]
+        upstream = on * slopes[side][m]
         face[GAP + 1 + m] += share * (upstream - face[GAP + 1 + m]) - bend * thinner
 
 
 @inlined
-def axial(cell, i, k):
+def axial(cell, i, k, apart):
     """Conductance from a cell to its axial neighbour or to the end, its slopes by the AXIAL of
     both, and the layer of the neighbour.
 
     Exact for a one-dimensional film whose gap opens in proportion to P.
     """
     if cell.shape[1] == 1:
-        return cell[i, 0, AXIAL], 0.5, 0.5, 0
+        return cell[i, 0, AXIAL] / apart[k], 0.5 / apart[k], 0.5 / apart[k], 0
     a, b = cell[i, k, ROOT], cell[i, k + 1, ROOT]
     both = (a + b) * (a + b)
     return (
-        0.25 * (a * a + b * b) * (a + b),
-        (both + 2.0 * a * a) / (12.0 * a * a),
-        (both + 2.0 * b * b) / (12.0 * b * b),
+        0.25 * (a * a + b * b) * (a + b) / apart[k],
+        (both + 2.0 * a * a) / (12.0 * a * a * apart[k]),
+        (both + 2.0 * b * b) / (12.0 * b * b * apart[k]),
         k + 1,
     )
 
 
 @inlined
-def fill(gaps, slopes, mesh, cell):
+def fill(gaps, slopes, width, mesh, cell):
     """Axial conductance (integral of H^3), volume and integral of 1 / H of one cell (Simpson over
-    its width).
+    its width), per axial length.
 
     gaps, and their slopes: at the face before, in the middle, at the face behind, the mean.
     """
-    width, depth = mesh.width, mesh.depth
     (before, before_on), (here, own_on), (beyond, beyond_on), (mean, mean_on) = (
         floored(gaps[0]),
         floored(gaps[1]),
@@ -143,16 +142,16 @@ def fill(gaps, slopes, mesh, cell):
         floored(gaps[3]),
     )
     before_slope, own_slope, beyond_slope, mean_slope = slopes
-    third, area = mesh.weight * width / (6.0 * depth), width * depth
+    third = mesh.weight * width / 6.0
     cell[AXIAL] = third * (before**3 + 4.0 * here**3 + beyond**3)
-    cell[VOLUME] = area * mean
-    cell[SHEAR] = area / 6.0 * (1.0 / before + 4.0 / here + 1.0 / beyond)
+    cell[VOLUME] = width * mean
+    cell[SHEAR] = width / 6.0 * (1.0 / before + 4.0 / here + 1.0 / beyond)
     for m in range(3):
         db, do, de = before_on * before_slope[m], own_on * own_slope[m], beyond_on * beyond_slope[m]
         cell[AXIAL + 1 + m] = 3.0 * third * (before**2 * db + 4.0 * here**2 * do + beyond**2 * de)
         # by the pressure always: a liner that the journal has passed must still answer its pressure
-        cell[VOLUME + 1 + m] = area * (mean_on if m < 2 else 1.0) * mean_slope[m]
-        cell[SHEAR + 1 + m] = -area / 6.0 * (db / before**2 + 4.0 * do / here**2 + de / beyond**2)
+        cell[VOLUME + 1 + m] = width * (mean_on if m < 2 else 1.0) * mean_slope[m]
+        cell[SHEAR + 1 + m] = -width / 6.0 * (db / before**2 + 4.0 * do / here**2 + de / beyond**2)
 
 
 @inlined
@@ -161,7 +160,7 @@ def dry(motion, i, mesh):
     if mesh.soft == 0.0:
         return -math.inf
     c, s = mesh.ring[i, 0], mesh.ring[i, 1]
-    rigid = 1.0 - mesh.mean * (motion[0] * c + motion[1] * s) + mesh.worn[i, 2]
+    rigid = 1.0 - mesh.mean[i] * (motion[0] * c + motion[1] * s) + mesh.worn[i, 2]
     return (LOWEST_GAP - rigid) / mesh.soft - mesh.lowest
 
 
@@ -198,10 +197,11 @@ def measure(motion, drag, mesh, system):
     """
     (ex, ey), ring, worn = motion, mesh.ring, mesh.worn
     face, cell, oil = system.face, system.cell, system.oil
-    n, mean, soft = ring.shape[0], mesh.mean, mesh.soft
+    n, soft = ring.shape[0], mesh.soft
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
         c, s, cf, sf = ring[i]
+        mean = mesh.mean[i]
         cj, sj = ring[j, 0], ring[j, 1]
         cb, sb = ring[i - 1, 2], ring[i - 1, 3]
         own_slope, far_slope = (-c, -s, soft, 0.0), (-cj, -sj, 0.0, soft)
@@ -215,7 +215,7 @@ def measure(motion, drag, mesh, system):
             y, z = soft * oil[i, k, PRESS], soft * oil[j, k, PRESS]
             gaps = here + y, mid + 0.5 * (y + z), far + z
             slopes_here = own_slope, mid_slope, far_slope
-            join(gaps, slopes_here, mesh, face[i, k])
+            join(gaps, slopes_here, mesh.step[i], face[i, k])
             if soft > 0.0:
                 near, beyond = 0.5 * oil[i, k, THIN], 0.5 * oil[j, k, THIN]
                 thin = near + beyond, -near * oil[i, k, RATE], -beyond * oil[j, k, RATE]
@@ -224,6 +224,6 @@ def measure(motion, drag, mesh, system):
             y = soft * oil[i, k, PRESS]
             gaps = before + y, here + y, mid + y, average + y
             slopes = before_slope, own_slope[:3], beyond_slope, mean_slope
-            fill(gaps, slopes, mesh, cell[i, k])
+            fill(gaps, slopes, mesh.width[i], mesh, cell[i, k])
             if soft > 0.0:
                 cell[i, k, ROOT] = cell[i, k, AXIAL] ** (1.0 / 3.0)

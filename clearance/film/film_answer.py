@@ -51,7 +51,7 @@ def along(i, k, mesh, system):
     and by the P of both.
     """
     cell, oil = system.cell, system.oil
-    conductance, by_here, by_there, layer = axial(cell, i, k)
+    conductance, by_here, by_there, layer = axial(cell, i, k, mesh.apart)
     here, there = cell[i, k if layer else 0], cell[i, layer]
     fall = oil[i, k, REDUCED] - oil[i, k + 1, REDUCED]
     by_x = (by_here * here[AXIAL + 1] + by_there * there[AXIAL + 1]) * fall
@@ -70,34 +70,34 @@ def by_motion(state, old, flow, mesh, system, right):
     ring, order, drag = mesh.ring, mesh.order, flow.drag
     n, nz = kind.shape
     layered = face.shape[1] > 1
-    area = 12.0 * mesh.width * mesh.depth * mesh.mean
     right[:] = 0.0
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
         for k in range(nz):
             a, b = order[i] * nz + k, order[j] * nz + k
+            area = 12.0 * mesh.width[i] * mesh.mean[i]
             f, v = face[i, k if layered else 0], cell[i, k if layered else 0]
             upwind, fall, by_own, by_next = around(i, j, k, state, flow, mesh, system)
             _, moved, by_here, by_there = along(i, k, mesh, system)
-            end = k == nz - 1
+            inner, beyond = 1.0 / mesh.depth[k], 1.0 / mesh.depth[min(k + 1, nz - 1)]
             gained = flow.hold * (content[i, k] - old[i, k])
             for m in range(2):
                 right[a, m] -= gained * v[VOLUME + 1 + m]
                 right[a, 2 + m] += area * old[i, k] * ring[i, m]
                 flux = drag * f[GAP + 1 + m] * upwind + f[COND + 1 + m] * fall
-                out = (mesh.leak if end else 1.0) * moved[m]
+                out = moved[m]
                 if mesh.soft > 0.0:  # d P / d(ex, ey) of solids
-                    here = mesh.mean * ring[i, m] * oil[i, k, TOUCH]
-                    beside = mesh.mean * ring[i, m] * oil[i, k + 1, TOUCH]
-                    flux += by_own * here + by_next * mesh.mean * ring[j, m] * oil[j, k, TOUCH]
-                    out += (mesh.leak if end else 1.0) * (by_here * here + by_there * beside)
+                    here = mesh.mean[i] * ring[i, m] * oil[i, k, TOUCH]
+                    beside = mesh.mean[i] * ring[i, m] * oil[i, k + 1, TOUCH]
+                    flux += by_own * here + by_next * mesh.mean[j] * ring[j, m] * oil[j, k, TOUCH]
+                    out += by_here * here + by_there * beside
                     right[a, m] -= flow.press * old[i, k] * v[VOLUME + 3] * here
-                right[a, m] -= flux + out
+                right[a, m] -= flux + inner * out
                 right[b, m] += flux
-                if not end:
-                    right[a + 1, m] += out
+                if k < nz - 1:
+                    right[a + 1, m] += beyond * out
             by_spin = 6.0 * upwind * (f[GAP] + drag * f[DRAG])
-            right[a, 4] += 12.0 * mesh.depth * mesh.worn[i, 3] * old[i, k]
+            right[a, 4] += 12.0 * mesh.worn[i, 3] * old[i, k]
             right[a, 4] -= by_spin
             right[b, 4] += by_spin
     for i in range(n):
@@ -114,7 +114,6 @@ def gather(state, mesh, system, scales, right, out):
     (kind, p, content), ring, carried = state, mesh.ring, mesh.carried
     cell, oil = system.cell, system.oil
     n, nz = kind.shape
-    area = 2.0 * mesh.width * mesh.depth
     out[:] = 0.0
     for i in range(n):
         for k in range(nz):
@@ -123,6 +122,8 @@ def gather(state, mesh, system, scales, right, out):
             thin, touch = oil[i, k, THIN], oil[i, k, TOUCH]
             part = carried if cavity and not mesh.filled else 0.0
             wet = carried * max(content[i, k], 0.0) if cavity and not mesh.filled else 1.0
+            deep = 2.0 * mesh.depth[k]
+            area = mesh.width[i] * deep
             if touch > 0.0:
                 part = wet = 0.0
             shear = v[SHEAR] / thin
@@ -130,23 +131,23 @@ def gather(state, mesh, system, scales, right, out):
             if k == nz - 1:
                 flux, moved, by_own, by_next = along(i, k, mesh, system)
             # what comes in at the ends is no side flow
-            leak = mesh.leak / 6.0 if kind[i, k] != FIXED and flux > 0.0 else 0.0
+            leak = 1.0 / 6.0 if kind[i, k] != FIXED and flux > 0.0 else 0.0
             for m in range(2):
                 out[m, 0] -= area * (p[i, k] + mesh.lowest) * ring[i, m]
-            out[2, 0] += 2.0 * wet * shear
+            out[2, 0] += deep * wet * shear
             out[3, 0] += leak * flux
             for m in range(5):
                 rise, gain = (0.0, slope[m]) if cavity else (slope[m], 0.0)
                 if m < 2:
-                    rise += mesh.mean * ring[i, m] * touch
+                    rise += mesh.mean[i] * ring[i, m] * touch
                 out[0, 1 + m] -= area * rise * ring[i, 0]
                 out[1, 1 + m] -= area * rise * ring[i, 1]
                 thicker = (v[SHEAR + 3] / thin + shear * oil[i, k, RATE]) * rise
-                out[2, 1 + m] += 2.0 * (part * gain * shear + wet * thicker)
+                out[2, 1 + m] += deep * (part * gain * shear + wet * thicker)
                 out[3, 1 + m] += leak * by_own * rise
                 if m < 2:
-                    out[2, 1 + m] += 2.0 * wet * v[SHEAR + 1 + m] / thin
-                    beside = mesh.mean * ring[i, m] * oil[i, nz, TOUCH]
+                    out[2, 1 + m] += deep * wet * v[SHEAR + 1 + m] / thin
+                    beside = mesh.mean[i] * ring[i, m] * oil[i, nz, TOUCH]
                     out[3, 1 + m] += leak * (moved[m] + by_next * beside)
     for row in range(4):
         for m in range(6):

@@ -2,6 +2,7 @@
 `films.table()`.
 """
 
+from clearance.film.elastic import elastic_film as elastic
 from clearance.film.online import conserving_film as conserving
 from clearance.film.online import fast_film as fast
 from clearance.film.online import fem_film as fem
@@ -14,6 +15,7 @@ from clearance.values.checks import absent
 
 __all__ = [
     "conserving",
+    "elastic",
     "fast",
     "fem",
     "harmonic",

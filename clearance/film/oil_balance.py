@@ -6,8 +6,6 @@ Equation, unknowns and sources: `clearance.film.conserving`.
 import math
 from collections import namedtuple
 
-import numpy as np
-
 from clearance.film.banded import compiled, factorise_lu, substitute_lu
 from clearance.film.control_volumes import (
     AXIAL,
@@ -79,33 +77,35 @@ def add_along(i, k, state, mesh, system):
     kind, (_, cell, oil, _, matrix, rest) = state.kind, system
     nz, w = kind.shape[1], matrix.shape[1] // 2
     a = mesh.order[i] * nz + k
-    conductance, by_own, by_next, beside = axial(cell, i, k)
+    conductance, by_own, by_next, beside = axial(cell, i, k, mesh.apart)
     by_own *= cell[i, k if beside else 0, AXIAL + 3]
+    inner = 1.0 / mesh.depth[k]
     if k == nz - 1:
         fall = oil[i, k, REDUCED] - oil[i, nz, REDUCED]
-        rest[a, 0] -= mesh.leak * conductance * fall
+        rest[a, 0] -= inner * conductance * fall
         if kind[i, k] != CAVITATED:
-            matrix[a, w] += mesh.leak * (conductance * oil[i, k, THIN] + by_own * fall)
+            matrix[a, w] += inner * (conductance * oil[i, k, THIN] + by_own * fall)
         return
     by_next *= cell[i, beside, AXIAL + 3]
     fall = oil[i, k, REDUCED] - oil[i, k + 1, REDUCED]
-    rest[a, 0] -= conductance * fall
-    rest[a + 1, 0] += conductance * fall
+    beyond = 1.0 / mesh.depth[k + 1]
+    rest[a, 0] -= inner * conductance * fall
+    rest[a + 1, 0] += beyond * conductance * fall
     if kind[i, k] != CAVITATED:
         slope = conductance * oil[i, k, THIN] + by_own * fall
-        matrix[a, w] += slope
-        matrix[a + 1, w - 1] -= slope
+        matrix[a, w] += inner * slope
+        matrix[a + 1, w - 1] -= beyond * slope
     if kind[i, k + 1] != CAVITATED:
         slope = conductance * oil[i, k + 1, THIN] - by_next * fall
-        matrix[a, w + 1] -= slope
-        matrix[a + 1, w] += slope
+        matrix[a, w + 1] -= inner * slope
+        matrix[a + 1, w] += beyond * slope
 
 
 @uncounted
 def assemble(state, past, flow, mesh, system):
     """Matrix and right-hand side of one Newton step.
 
-    The balance of a cell, with flows out counted positive, is
+    The balance of a cell per axial length, with flows out counted positive, is
 
         hold V (f - old) + base + press old growth + sum of the flows = 0
 
@@ -158,8 +158,8 @@ def move(state, size, mesh, system):
                 continue
             v = cell[i, k if cell.shape[1] > 1 else 0]
             if v[VOLUME + 3] > 0.0:
-                much = max(v[VOLUME], size * mesh.area)
-                less = 0.7 * v[VOLUME] if v[VOLUME] > 2.0 * LOWEST_GAP * mesh.area else much
+                much = max(v[VOLUME], size * mesh.width[i])
+                less = 0.7 * v[VOLUME] if v[VOLUME] > 2.0 * LOWEST_GAP * mesh.width[i] else much
                 step = min(max(step, -less / v[VOLUME + 3]), 0.5 * much / v[VOLUME + 3])
             if oil[i, k, RATE] > 0.0:  # no further than the viscosity's slope holds
                 step = min(max(step, -1.0 / oil[i, k, RATE]), 1.0 / oil[i, k, RATE])
@@ -240,10 +240,20 @@ def stands_in(motion, state, mesh):
     return False
 
 
+@uncounted
+def fastest(base, mesh):
+    """Largest rate of the gap in a base."""
+    most = 0.0
+    for i in range(base.shape[0]):
+        for k in range(base.shape[1]):
+            most = max(most, abs(base[i, k]) / mesh.width[i])
+    return most
+
+
 @compiled
 def size_of(drag, base, mesh):
     """Gap over c of the size that a motion can open in a liner: C_w^(2/5) and C_s^(1/3)."""
-    squeeze = mesh.soft * np.abs(base).max() / mesh.area
+    squeeze = mesh.soft * fastest(base, mesh)
     return max(0.3 * ((mesh.soft * abs(drag)) ** 0.4 + squeeze ** (1.0 / 3.0)), 1e-3)
 
 
@@ -277,13 +287,13 @@ def settle(motion, state, past, flow, mesh, system):
         if count == 0 or soft > 0.0:
             measure(motion, flow.drag, mesh, system)
             grow(p, past, system.cell)
-        share = 0.0 if count < PATIENCE or soft > 0.0 else 0.9
+        share = 0.0 if count < (LIMIT if soft > 0.0 else PATIENCE) else 0.9
         braked = Flow(flow.drag, flow.hold, flow.press, brake)
         switched, change = step(motion, state, past, braked, size, mesh, system, share)
         # steps in pseudo-time, longer as they calm down: plain Newton steps need not settle a liner
         # far from its state
         if count == EASY:
-            brake = 100.0 * (abs(flow.drag) + np.abs(past.base).max() / mesh.area)
+            brake = 100.0 * (abs(flow.drag) + fastest(past.base, mesh))
         brake *= min(max(change / before, 0.5), 2.0)
         before = change
         if not math.isfinite(change):
@@ -305,9 +315,9 @@ def sweep(rate, spin, old, mesh, base):
     """
     (vx, vy), ring, worn = rate, mesh.ring, mesh.worn
     n, nz = old.shape
-    area = 12.0 * mesh.width * mesh.depth * mesh.mean
     for i in range(n):
-        swept = -area * (vx * ring[i, 0] + vy * ring[i, 1]) - 12.0 * mesh.depth * spin * worn[i, 3]
+        area = 12.0 * mesh.width[i] * mesh.mean[i]
+        swept = -area * (vx * ring[i, 0] + vy * ring[i, 1]) - 12.0 * spin * worn[i, 3]
         for k in range(nz):
             base[i, k] = swept * old[i, k]
 
@@ -329,11 +339,11 @@ def inflow(state, drag, mesh, system):
             if here != there:
                 upwind = content[i, k] if drag >= 0.0 else content[j, k]
                 flux = drag * f[GAP] * upwind + f[COND] * (oil[i, k, REDUCED] - oil[j, k, REDUCED])
-                total += flux if here else -flux
-            conductance = axial(cell, i, k)[0]
+                total += (flux if here else -flux) * mesh.depth[k]
+            conductance = axial(cell, i, k, mesh.apart)[0]
             if k == nz - 1:
                 if not here:
-                    total -= mesh.leak * conductance * (oil[i, k, REDUCED] - oil[i, nz, REDUCED])
+                    total -= conductance * (oil[i, k, REDUCED] - oil[i, nz, REDUCED])
             elif here != (kind[i, k + 1] == FIXED):
                 flux = conductance * (oil[i, k, REDUCED] - oil[i, k + 1, REDUCED])
                 total += flux if here else -flux

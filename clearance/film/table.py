@@ -90,6 +90,7 @@ class Table(Tabulated):
 class Inputs:
     """Inputs of a table. slenderness: L/D of a bearing, B / 2a of a pad.
 
+    `beside` is the step of the tables that others are interpolated from, in the logarithm.
     Each kind has `made`, the class of its tables, and the modules of this folder that make them.
     Tables stand between others over `blended` inputs, and those of one grid share the numbers
     `axes`.
@@ -97,6 +98,7 @@ class Inputs:
     """
 
     slenderness: float
+    beside = BESIDE
 
     def __post_init__(self):
         checks.positive("film table: slenderness", self.slenderness)
@@ -415,7 +417,8 @@ def between(key) -> Tabulated:
     numbers = sum(share * t.numbers for share, t in made)
     numbers[key.axes] = made[0][1].numbers[key.axes]
     return key.made(
-        numbers, *(max(e) + 0.5 * BESIDE**2 for e in zip(*(t.errors for _, t in made), strict=True))
+        numbers,
+        *(max(e) + 0.5 * key.beside**2 for e in zip(*(t.errors for _, t in made), strict=True)),
     )
 
 
@@ -426,9 +429,11 @@ def neighbours(share: float, key: Key, name: str) -> list[tuple[float, Key]]:
     value = getattr(key, name)
     if value == 0.0 or math.isclose(value, float(f"{value:.3g}"), rel_tol=1e-9):
         return [(share, key)]
-    place = math.log(value) / BESIDE
+    place = math.log(value) / key.beside
     low = math.floor(place)
-    pair = (replace(key, **{name: float(f"{math.exp(BESIDE * k):.9g}")}) for k in (low, low + 1))
+    pair = (
+        replace(key, **{name: float(f"{math.exp(key.beside * k):.9g}")}) for k in (low, low + 1)
+    )
     return list(zip((share * (low + 1 - place), share * (place - low)), pair, strict=True))
 
 

@@ -113,6 +113,7 @@ class Law:
     #: of these: beside an asperity law alone, nothing else stands for asperities
     needs_asperity: bool = False
     linear_in_viscosity: bool = True  # of films
+    through_wall: bool = False  # of films: whether it goes over into contact
     on_outlines: bool = False  # of films: whether worn outlines have it beside a contact
     #: of films with a memory: called with the law's arguments at each step's end
     keep: Callable | None = None
@@ -225,7 +226,8 @@ class DataLaw(Law):
     Its first parameters are `data`, a flat array, and `start`, the index of its first number in it.
     In a kernel `data` is the parameter vector, so that other numbers need no other kernel.
     make(facts, settings) -> an object with those `numbers`. The facts are values of the joint that
-    the law reads. The settings choose the numbers and are no numbers of the kernel.
+    the law reads. The settings choose the numbers and are no numbers of the kernel; the law's own
+    parameters are among them.
     """
 
     def __init__(
@@ -315,7 +317,7 @@ class BoundLaw:
 
     def source(self, facts: FilmJoint | PadFace):
         """Data of a law in a joint with these numbers: an object with `numbers`, a flat array."""
-        return self.law.make(facts, dict(self.settings))
+        return self.law.make(facts, self.parameters)
 
     def __call__(self, *state):
         if len(state) != len(self.law.family.state):
@@ -345,12 +347,16 @@ class BoundLaw:
         """The law in a joint with these numbers, as a function of floats: for many calls."""
         function, numbers = self.law.function, self.numbers
         if isinstance(self.law, DataLaw):
-            numbers = (self.law.listed(facts, self.settings), 0.0, *numbers[1:])
+            numbers = (self.law.listed(facts, tuple(self.parameters.items())), 0.0, *numbers[1:])
         return lambda *state: function(*state, *numbers)
 
     def _of_data(self, *state):
         """As a law whose parameters are this joint's numbers."""
-        numbers = (self.law.listed(state[-1], self.settings), 0.0, *self.numbers[1:])
+        numbers = (
+            self.law.listed(state[-1], tuple(self.parameters.items())),
+            0.0,
+            *self.numbers[1:],
+        )
         return BoundLaw(self.law.of_numbers, numbers)(*state)
 
     def __repr__(self) -> str:

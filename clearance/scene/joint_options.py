@@ -33,7 +33,8 @@ class JointOptions:
     friction: friction law of contact and asperities: none, coulomb, stribeck, lugre, ... [-]
     friction_coefficient: coefficient of friction of contact and asperities [-]
     film: film law: table (of the Reynolds equation), harmonic, short, long, pinkus_sternlicht,
-        sommerfeld, fem, ... [-]
+        sommerfeld, fem, ...; elastic: on a surface that yields, through the wall into contact, as
+        elastic(liner=2e-14) [-]
     film_torques: true where the film drags on both bodies [-]
     drag: of table, fast, fem and conserving: ring (a filled gap, as all other films have it) or wet
         (the area that oil wets) [-]
@@ -114,7 +115,7 @@ class JointOptions:
         checks.non_negative(f"joint {self.joints}: roughness", self.roughness)
         law_names.spelled("contact", self.contact, law_names.CONTACTS, (AUTO,))
         law_names.spelled("friction", self.friction, law_names.FRICTIONS, (NONE,))
-        law_names.one_of("film", self.film, law_names.FILMS | law_names.ONLINE_FILMS)
+        law_names.spelled("film", self.film, law_names.ALL_FILMS)
         law_names.spelled("transition", self.transition, law_names.TRANSITIONS)
         law_names.spelled("asperity", self.asperity, law_names.ASPERITIES, (AUTO, NONE))
 
@@ -220,7 +221,8 @@ class JointFactory:
         if self.options.model == "dry":
             return {}
         wet = {n: self.hinge[n] for n in ("lubricant", "roughness") if n in self.hinge}
-        wet["film"] = pad_film() if self.options.film in law_names.TABLES else laws.full_pad()
+        name, _ = law_names.spelled("film", self.options.film, law_names.ALL_FILMS)
+        wet["film"] = pad_film() if name in law_names.TABLES else laws.full_pad()
         return wet | {"transition": self.hinge.get("transition", laws.superposed())}
 
 

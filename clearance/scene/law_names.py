@@ -94,8 +94,11 @@ FILMS = {
 }
 #: films that solve the Reynolds equation as the run goes: 1e3 times dearer and more
 ONLINE_FILMS = {n: getattr(films, n) for n in ("fast", "fem", "conserving")}
+#: the film that goes through the wall, as elastic(liner=2e-14, pressure_viscosity=0)
+ELASTIC_FILMS = {"elastic": films.elastic}
+ALL_FILMS = FILMS | ONLINE_FILMS | ELASTIC_FILMS
 #: films of the Reynolds equation: the faces of a slide then have theirs from a table too
-TABLES = ("table", *ONLINE_FILMS)
+TABLES = ("table", *ONLINE_FILMS, *ELASTIC_FILMS)
 #: needs of a film for an ambient pressure, or for the flow factors of rough surfaces
 WITH_AMBIENT, WITH_FLOW_FACTORS = ("table", *ONLINE_FILMS), ("table", "fast", "fem")
 ASPERITIES = {
@@ -371,10 +374,11 @@ def mesh_of(text: str) -> tuple[int, int]:
     return around, along
 
 
-def film_of(name: str, ambient: float, flow_factors: bool, mesh: str, drag: str = DRAG):
+def film_of(text: str, ambient: float, flow_factors: bool, mesh: str, drag: str = DRAG):
     """A film law; ambient: pressure above cavitation [Pa], 0 where the film cavitates at ambient
     pressure.
     """
+    name, changes = spelled("film", text, ALL_FILMS)
     options: dict = {"ambient": ambient} if checks.non_negative("ambient", ambient) > 0.0 else {}
     if flow_factors:
         options["flow_factors"] = True
@@ -386,4 +390,5 @@ def film_of(name: str, ambient: float, flow_factors: bool, mesh: str, drag: str 
     for option in options:
         if name not in takes[option]:
             raise ValueError(f"film {name} has no {option}; {', '.join(takes[option])} have")
-    return (FILMS | ONLINE_FILMS)[name](**options)
+    law = ALL_FILMS[name](**options)
+    return _replaced(law, changes) if changes else law

@@ -60,13 +60,12 @@ class Strip:
             unused,
             order,
             unused,
-            *(1.0, 1.0, 1.0),  # a cell
+            *(np.ones(n), np.ones(n), np.ones(1), np.array([0.5])),  # a cell
             weight=1.0,
-            mean=1.0,
+            mean=np.ones(n),
             soft=0.0,
             oil=oil_of(0.0, 1.0, 1.0, False),
             lowest=0.0,
-            leak=2.0,
             carried=1.0,
             filled=False,
         )

@@ -150,7 +150,7 @@ def overlap(of: MemoryFilm, eps: float) -> np.ndarray:
 
 def dry(of: MemoryFilm, eps: float) -> float:
     """Load of the solids alone on the mesh of a film."""
-    return float(np.sum(overlap(of, eps) * np.cos(of.theta))) * of._mesh.width
+    return float(np.sum(overlap(of, eps) * np.cos(of.theta))) * of._mesh.width[0]
 
 
 class TestThroughTheWall:

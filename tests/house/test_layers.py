@@ -70,6 +70,7 @@ ONLY_IN = {
     "tqdm": {
         "clearance.commands.common",
         "clearance.commands.sweep",
+        "clearance.film.elastic_table",
         "clearance.film.pad_table",
         "clearance.film.table",
     },

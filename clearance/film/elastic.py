@@ -1,0 +1,104 @@
+"""The law of the elastic film, which looks its force up: see film/elastic_lookup.py."""
+
+from functools import lru_cache
+
+from clearance.film.bearing import DRAG, check_drag
+from clearance.film.elastic_lookup import elastic, film_in_the_middle, least_film
+from clearance.laws.contact import _layer_modulus
+from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, OfJoint, wet_film
+from clearance.values import checks
+
+HARD = 50.0  # beta above which steel touches steel, not a layer
+
+
+def key_of(joint: FilmJoint, settings: dict):
+    """The key of a joint's table."""
+    from clearance.film.elastic_table import ElasticKey
+
+    softness = settings["liner"] / joint.clearance
+    oil = {"beta": float(f"{settings['pressure_viscosity'] / softness:.4g}")}
+    if settings["roelands"] and oil["beta"] > 0.0:
+        oil |= {
+            "viscosity": float(f"{joint.viscosity:.3g}"),
+            "softness": float(f"{softness:.3g}"),
+        }
+    slenderness = float(f"{joint.length / (2.0 * joint.radius):.9g}")
+    return ElasticKey(slenderness, **oil, drag=settings["drag"])
+
+
+@lru_cache(maxsize=16)
+def _made(joint: FilmJoint, settings: tuple):
+    from dataclasses import replace
+
+    import numpy as np
+
+    from clearance.film.elastic_table import rigid_numbers
+    from clearance.film.table import between
+
+    key = key_of(joint, dict(settings))
+    made = between(key)
+    numbers = np.concatenate([made.numbers, rigid_numbers(key.slenderness)])
+    return replace(made, numbers=numbers)
+
+
+#: of layer and material; the lubricant's
+LINER = OfJoint(checks.positive, lambda joint, _: 1.0 / _layer_modulus(joint))
+THICKENS = OfJoint(
+    checks.non_negative,
+    lambda joint, _: joint.lubricant and joint.lubricant.pressure_viscosity,
+)
+_elastic = DataLaw(
+    wet_film,
+    elastic,
+    {
+        "liner": LINER,
+        "pressure_viscosity": THICKENS,
+        "follows": checks.fraction,
+        "shown": {
+            "film_middle": ("m", "gap of the elastic surfaces in the middle", film_in_the_middle),
+            "film_least": ("m", "least gap of the elastic surfaces", least_film),
+        },
+        "linear_in_viscosity": False,
+        "through_wall": True,
+    },
+    lambda joint, settings: _made(joint, tuple(settings.items())),
+)
+
+_elastic.__module__ = __name__  # where files look for it
+
+
+@_elastic.demands
+def _stands_alone(joint, parameters):
+    """Contact is part of the film."""
+    return "carries contact itself: leave contact and transition out" if joint.contact else None
+
+
+@_elastic.doubts
+def _column(joint, parameters):
+    """Half-spaces flatten elsewhere too."""
+    beta = parameters["pressure_viscosity"] * joint.clearance / parameters["liner"]
+    if beta > HARD:
+        return f"a surface of alpha c / liner = {beta:.3g} is a line contact of half-spaces"
+    return None
+
+
+def elastic_film(
+    *,
+    liner: float | None = None,
+    pressure_viscosity: float | None = None,
+    roelands: bool = False,
+    follows: float = 1.0,
+    drag: str = DRAG,
+) -> BoundLaw:
+    """The film on an elastic surface, through the wall into dry contact: see the law `elastic`.
+
+    liner: compliance [m/Pa], by default of the joint's material and layer; pressure_viscosity:
+        coefficient [1/Pa], by default the lubricant's, 0: isoviscous; roelands: by his law, else by
+        Barus'; follows: see the law; drag: see `table_film`. A joint with it needs no contact and
+        no transition. A table belongs to each L/D and alpha c / liner. It is made once, in a
+        minute, and stored on disk.
+    """
+    settings = {"roelands": bool(roelands), "drag": check_drag("elastic_film", drag)}
+    return _elastic.bind(
+        settings, liner=liner, pressure_viscosity=pressure_viscosity, follows=follows
+    )

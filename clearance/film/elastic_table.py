@@ -1,0 +1,258 @@
+"""The table behind the elastic film: solved by the film with memory, see film/elastic_lookup.py.
+
+Each node is the mean of two meshes whose error of second order cancels. Their cells are smaller
+towards the thinnest film and towards the ends. A state that does not settle is drawn from its
+neighbours.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearance.film import elastic_lookup as elastic
+from clearance.film.bearing import DRAG, WET, Bearing, check_drag
+from clearance.film.conserving import MemoryFilm
+from clearance.film.control_volumes import CAVITATED, THIN
+from clearance.film.elastic_lookup import HEAD, LARGEST, SMALLEST
+from clearance.film.lookup import Tabulated, looked_up, splines
+from clearance.film.table import Inputs, Key, between, spline
+from clearance.film.tabulated import polar
+from clearance.laws.law import FilmJoint
+from clearance.values import checks
+from clearance.values.algebra import solve
+
+MESH = (128, 12)
+GAP = 0.5  # c over R of the bearing that is solved
+FORCE, THICKNESS = 3, 2  # splines: r_N, r_t, r_K; central and least film
+EDGE = 1e-3  # from straight motion, where f_t over that of the rigid film has no value
+OVER = 2e-4  # (f_q - f_r)^2 over f_dry^2 - 1, at least: the meshes' error at a contact
+CLOSEST = 0.25  # of the middle film: closer surfaces touch, and have no shear of oil
+FADE = 0.1  # of -ln g, in which r_N and r_t grow from nothing
+CHECKS = 24  # states that a table is tested at
+
+
+@dataclass(frozen=True)
+class ElasticTable(Tabulated):
+    """Numbers of the elastic film, behind the compliance; those of the rigid film follow.
+
+    Errors are relative, at states between the nodes: of the force in rotation and approach, its
+    median, and of the shear.
+    """
+
+    error_load: float
+    error_median: float
+    error_shear: float
+
+    @property
+    def error(self) -> float:
+        return self.error_load
+
+    def stronger(self, factor: float) -> np.ndarray:
+        numbers = self.numbers.copy()
+        numbers[0] *= factor
+        return numbers
+
+
+@dataclass(frozen=True)
+class ElasticKey(Inputs):
+    """Inputs of an elastic table.
+
+    beta = alpha c / kappa; drag: see `elastic_film`. Roelands' oil has its viscosity [Pa s] and
+    kappa / c [1/Pa], 0 for Barus'. nodes over x, h^(1/3) and alpha, cells of the splines.
+    """
+
+    beta: float = 0.0
+    viscosity: float = 0.0
+    softness: float = 0.0
+    drag: str = DRAG
+    nodes: tuple[int, int, int] = (33, 9, 13)
+    cells: tuple[int, int, int] = (50, 12, 24)
+    mesh: tuple[int, int] = MESH
+
+    made = ElasticTable
+    blended = ("slenderness", "beta")
+    beside = 0.1
+    axes = slice(0, HEAD)
+    ratio = "L/D"
+    modules = (
+        *("elastic_table", "elastic_lookup", "conserving", "control_volumes", "oil_balance"),
+        *("film_answer", "piezo", "table", "banded", "bands", "lookup"),
+    )
+
+    def __post_init__(self):
+        super().__post_init__()
+        checks.non_negative("film table: beta", self.beta)
+        check_drag("film table", self.drag)
+
+    @property
+    def size(self) -> int:
+        """Count of numbers in the table."""
+        return HEAD + math.prod(n + 2 for n in self.cells) * (FORCE + THICKNESS)
+
+    @property
+    def faded(self) -> int:
+        """Splines that are nothing at the centre; half a gap is wet there."""
+        return FORCE - 1 if self.drag == WET else FORCE
+
+    def solved(self) -> np.ndarray:
+        """Solve all nodes, fit the splines."""
+        from tqdm import tqdm
+
+        n_x, n_h, n_a = self.nodes
+        films, values = Films(self), np.empty((n_x, n_a, n_h, FORCE + THICKNESS))
+        angles = np.linspace(0.0, math.pi, n_a).clip(EDGE, math.pi - EDGE)
+        with tqdm(total=n_h * n_a, desc="elastic film", disable=None, leave=False) as bar:
+            for k, third in enumerate(np.linspace(SMALLEST, LARGEST, n_h)):
+                for j, angle in enumerate(angles):
+                    values[:, j, k] = films.column(third, angle, n_x)
+                    bar.update()
+        cells_x, cells_h, cells_a = self.cells
+        fit = quadratic(values, 0, cells_x, np.zeros(values[0].size))
+        fit = quadratic(quadratic(fit, 1, cells_a, "even"), 2, cells_h, "free")
+        fit[:2, :, :, : self.faded] = 0.0  # exactly: the centre has no direction
+        force, thickness = fit[..., :FORCE].ravel(), fit[..., FORCE:].ravel()
+        steps = cells_h / (LARGEST - SMALLEST)
+        head = [1.0, cells_x, cells_h, cells_a, steps, HEAD + len(force), self.size]
+        return np.concatenate([head, force, thickness])
+
+    def errors(self, numbers: np.ndarray) -> tuple[float, ...]:
+        """The errors of a table, see `ElasticTable`, at states between the nodes."""
+        draw, films, errors = np.random.default_rng(1), Films(self), []
+        data = np.concatenate([numbers, films.rigid])
+        while len(errors) < CHECKS:
+            third, angle = draw.uniform(0.25, 0.9), draw.uniform(0.1, 1.7)
+            state = films.state(draw.uniform(0.15, 0.95), third, angle)
+            if (values := films.solve(*state, third)) is not None:
+                ours = of_numbers(data, *state)
+                apart = math.hypot(ours[0] - values[0], ours[1] - values[1])
+                errors.append((apart / math.hypot(*values[:2]), abs(ours[2] / values[2] - 1.0)))
+        load, shear = np.array(errors).T
+        return float(load.max()), float(np.median(load)), float(shear.max())
+
+
+def quadratic(values: np.ndarray, axis: int, cells: int, begin) -> np.ndarray:
+    """Coefficients (cells + 2, ...) of quadratic splines along one axis, through the middles of
+    the cells of a cubic spline, and with its slopes at both ends; begin: see `spline`.
+    """
+    moved = np.moveaxis(values, axis, 0)
+    count, end = len(moved), "even" if isinstance(begin, str) and begin == "even" else "free"
+    cubic = spline(moved.reshape(count, -1), begin, end)
+    at = (np.arange(cells) + 0.5) * (count - 1) / cells
+    first = at.astype(int)
+    matrix, right = np.zeros((cells + 2, cells + 2)), np.zeros((cells + 2, cubic.shape[1]))
+    for i, (k, t) in enumerate(zip(first, at - first, strict=True)):
+        matrix[i, i : i + 3] = 0.125, 0.75, 0.125
+        right[i] = sum(w * row for w, row in zip(splines(t), cubic[k : k + 4], strict=True))
+    for row, i, k in ((cells, 0, 0), (cells + 1, cells, count - 1)):
+        matrix[row, i : i + 2] = -1.0, 1.0
+        right[row] = 0.5 * (cubic[k + 2] - cubic[k]) * (count - 1) / cells
+    return np.moveaxis(solve(matrix, right).reshape(-1, *moved.shape[1:]), 0, axis)
+
+
+def of_numbers(data: np.ndarray, eps: float, radial: float, turning: float) -> tuple:
+    """f_r, f_t, shear of a table at eps, C_s / 12 and eps C_w / 12."""
+    unit = FilmJoint(1.0, 1.0, 1.0, 1.0)
+    return elastic.elastic(eps, radial, 2.0 * turning / eps, unit, data, 0, 1.0, 0.0, 0.0)
+
+
+class Films:
+    """The films with memory of a key, a pair for each size of the gap."""
+
+    def __init__(self, key: ElasticKey):
+        self.key, self.meshes = key, {}
+        self.rigid = rigid_numbers(key.slenderness)
+        roelands = key.softness > 0.0
+        soft, viscosity = (key.softness, key.viscosity) if roelands else (1.0, 1.0)
+        self.bearing = Bearing(
+            1.0,
+            GAP,
+            2.0 * key.slenderness,
+            viscosity,
+            pressure_viscosity=key.beta * soft,
+            roelands=roelands,
+        )
+        self.liner = soft * GAP
+        self.unit = self.liner * self.bearing.pressure_scale / GAP  # kappa P / c
+
+    def state(self, x: float, third: float, angle: float) -> tuple[float, float, float]:
+        """eps, C_s / 12 and eps C_w / 12 at a place of the table."""
+        log_h, low, high = 3.0 * math.log(third), 0.0, 2.0
+        for _ in range(60):  # x grows with eps
+            eps = 0.5 * (low + high)
+            log_g, _, slope, _ = elastic.place(eps, third)
+            low, high = (eps, high) if elastic.across(log_h, log_g) < x else (low, eps)
+        low, high = -80.0, 10.0
+        for _ in range(70):  # h grows with the speed
+            speed = math.exp(0.5 * (low + high))
+            radial, turning = speed * math.cos(angle), speed * math.sin(angle) / slope
+            larger = elastic.size(radial, elastic.wedge_part(eps, turning)) > log_h
+            low, high = (low, math.log(speed)) if larger else (math.log(speed), high)
+        return eps, radial, turning
+
+    def column(self, third: float, angle: float, count: int) -> np.ndarray:
+        """The splines' values (count, 5) at all x, from the middle to contact."""
+        rows = np.full((count, FORCE + THICKNESS), math.nan)
+        for i, x in enumerate(np.linspace(0.0, 1.0, count)):
+            state = self.state(x, third, angle)
+            if (values := self.solve(*state, third)) is not None:
+                rows[i] = self.relative(*state, third, values)
+            rows[i, : self.key.faded] *= fade(-elastic.place(state[0], third)[0])
+        rows[0, : self.key.faded] = 0.0
+        settled, at = np.isfinite(rows[:, 2]), np.arange(count)
+        return np.column_stack([np.interp(at, at[settled], row[settled]) for row in rows.T])
+
+    def relative(self, eps, radial, turning, third, values) -> tuple[float, ...]:
+        """r_N, r_t, r_K and the logarithms of both films over theirs, from solved values."""
+        log_g, s, slope, wide = elastic.place(eps, third)
+        _, angle, _ = polar(radial, slope * turning)
+        still, w_r, w_t, _ = looked_up(self.rigid, 0, -log_g, angle)
+        pull, square, tangential = elastic.rigid(still, w_r, w_t, s, slope, radial, turning)
+        dry = elastic.dry(eps)
+        more = max((pull - values[0]) ** 2 - dry, OVER * dry, 1e-10 * square)
+        return (
+            math.log(more / square),
+            values[1] / tangential - 1.0,
+            math.log(values[2] * s / (2.0 * math.pi)),
+            *(math.log(2.0 * film / wide) for film in values[3:]),
+        )
+
+    def solve(self, eps, radial, turning, third) -> np.ndarray | None:
+        """f_r, f_t, shear, central and least film; None where the film does not settle."""
+        if third not in self.meshes:
+            grading = min(max(0.2 - 0.39 * math.log(third), 0.1), 0.8), 2.0
+            n, nz = self.key.mesh
+            self.meshes[third] = [
+                MemoryFilm(self.bearing, mesh, self.liner, False, grading=grading)
+                for mesh in ((n, nz), (n // 2, nz // 2))
+            ]
+        motion = 2.0 * turning / (self.unit * max(eps, 1e-2)), radial / self.unit
+        fine, coarse = (self._on(film, eps, *motion) for film in self.meshes[third])
+        if fine is None or coarse is None:
+            return coarse if fine is None else fine
+        mean = (4.0 * fine - coarse) / 3.0
+        return np.where(mean * fine > 0.0, mean, fine)
+
+    def _on(self, film: MemoryFilm, eps: float, spin: float, rate: float):
+        try:
+            force = film.steady(eps, 0.0, spin, rate)[:2] * self.unit / self.bearing.force_scale
+        except RuntimeError:
+            film.reset()
+            return None
+        gap, mesh, cells = film.gap, film._mesh, film._state.kind
+        thin = film._system.oil[:, : cells.shape[1], THIN]
+        dragging = 1.0 / (thin * np.maximum(gap, CLOSEST * gap[0, 0]))
+        if self.key.drag == WET:
+            dragging = np.where(cells == CAVITATED, 0.0, dragging)
+        shear = 2.0 * float(np.sum(mesh.width[:, None] * mesh.depth * dragging))
+        return np.array([*force, shear, gap[0, 0], gap[:, 0].min()])
+
+
+def fade(y: float) -> float:
+    x = min(max(y / FADE, 0.0), 1.0)
+    return x * x * (3.0 - 2.0 * x)
+
+
+def rigid_numbers(slenderness: float) -> np.ndarray:
+    """Numbers of the rigid film's table."""
+    return between(Key(slenderness)).numbers
