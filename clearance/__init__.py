@@ -89,6 +89,7 @@ if TYPE_CHECKING:  # for editors: names of laws and elements, modules, and what 
         simulate as simulate,
     )
     from clearance.sweeping.chance import scatter as scatter
+    from clearance.sweeping.dataset import dataset as dataset
     from clearance.sweeping.sweep import SweepError as SweepError, sweep as sweep
     from clearance.sweeping.index import Sweep as Sweep, open_sweep as open_sweep
     from clearance.sweeping.points import grid as grid, sampled as sampled, zipped as zipped
@@ -154,6 +155,7 @@ _LAZY = {
     "zipped": "clearance.sweeping.points",
     "sampled": "clearance.sweeping.points",
     "scatter": "clearance.sweeping.chance",
+    "dataset": "clearance.sweeping.dataset",
     "open_scatter": "clearance.sweeping.scatter",
     "plot": "clearance.postprocess.pictures",
     "report": "clearance.postprocess.report",

@@ -8,6 +8,7 @@ COMMANDS = {
     "explain": "what the compiled scene contains and what was left out",
     "sweep": "a case at many points: resumable, on all cores or a cluster",
     "scatter": "a case whose parameters vary by chance: quantiles, limits, who is to blame",
+    "dataset": "labelled records of a case, with the noise of a sensor",
     "wear": "life of a mechanism whose joints wear: stages of turns, and jumps between them",
     "plot": "pictures of run files and sweeps",
     "report": "one HTML file about a run or a sweep, that needs nothing else",

@@ -106,7 +106,7 @@ def run(options) -> int:
             noise=options.noise,
             settle=options.settle,
             nuisances=options.nuisances,
-            lowpass=_lowpass(options.lowpass),
+            lowpass=lowpass(options.lowpass),
             starts=options.starts,
             seed=seed_of(options),
             folder=options.output,
@@ -199,7 +199,7 @@ def _data(text: str, scene) -> tuple[str, dict]:
     return path, values
 
 
-def _lowpass(text: str | None) -> tuple[int, float] | None:
+def lowpass(text: str | None) -> tuple[int, float] | None:
     """Order and corner of a filter."""
     if text is None:
         return None

@@ -181,17 +181,21 @@ def fit(
         raise ValueError(f"fit: starts must be a whole number from 1 on, got {starts!r}")
     problem = Problem(scene, free, curves, settle)
     if folder is None:
-        return _fitted(problem, starts, seed, None, progress)
+        return fitted(problem, starts, seed, None, progress)
     path = Path(folder)
     path.mkdir(parents=True, exist_ok=True)
     with locked(path, "fit"):
-        result = _fitted(problem, starts, seed, path / JOURNAL, progress)
+        result = fitted(problem, starts, seed, path / JOURNAL, progress)
         result.save(path)
     return result
 
 
-def _fitted(
-    problem: Problem, starts: int, seed: int, journal: Path | None, progress: Callable | None
+def fitted(
+    problem: Problem,
+    starts: int,
+    seed: int,
+    journal: Path | None = None,
+    progress: Callable | None = None,
 ) -> SceneFit:
     """The fit; ends of starts stand in a journal and taken from it."""
     key = _key(problem, seed)

@@ -119,11 +119,11 @@ def create_column(
     group.create_dataset(name, data=values, dtype=values.dtype, **layout).attrs.update(about)
 
 
-def in_memory(path: Path, image: bytes | None = None) -> h5py.File:
+def in_memory(path: Path, image: bytes | None = None, dated: bool = True) -> h5py.File:
     """An HDF5 file that is made in memory: on a full disk HDF5 can neither write one nor let go of
     it.
 
-    image: of another one, to go on with.
+    image: of another one, to go on with; dated: it has the time at which it was made.
     """
     access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
     access.set_fapl_core(backing_store=False)
@@ -134,6 +134,7 @@ def in_memory(path: Path, image: bytes | None = None) -> h5py.File:
         return h5py.File(h5py.h5f.open(name, h5py.h5f.ACC_RDWR, access))
     root = h5py.h5p.create(h5py.h5p.FILE_CREATE)
     root.set_attr_phase_change(COMPACT, 0)
+    root.set_obj_track_times(dated)
     return h5py.File(h5py.h5f.create(name, h5py.h5f.ACC_TRUNC, root, access))
 
 

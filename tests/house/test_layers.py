@@ -37,6 +37,7 @@ ONLY_IN = {
         "clearance.film.fem",
         "clearance.sweeping.points",
         "clearance.sweeping.scatter",
+        "clearance.sweeping.dataset",
         "clearance.identify.estimation",
         "clearance.identify.scene_fit",
         "clearance.identify.verdict",

@@ -1,0 +1,208 @@
+"""Labelled records of a case: drawn parameters, computed channels, the noise of a sensor.
+
+A record has channels at even angles of the drive, of settled turns. They have passed the filter of a
+sensor and have its noise. `records.h5` has the labels and records of
+all points, `card.md` the facts about them. Runs are a sweep in the folder `sweep`. The same seed
+gives the same bytes with the same version on the same kind of processor.
+"""
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import butter, sosfilt
+
+from clearance.files.replacing import replacing
+from clearance.files.texts import listed
+from clearance.results.reading import checked
+from clearance.results.tables import (
+    FORMAT_VERSION,
+    image_of,
+    in_memory,
+    provenance,
+    write_table,
+)
+from clearance.scene.catalogue import find_case
+from clearance.sweeping.index import Sweep
+from clearance.sweeping.points import sampled
+from clearance.sweeping.sweep import sweep
+from clearance.values import checks
+from clearance.values.units import quantity
+
+FORMAT = "clearance-dataset"
+KIND = "clearance dataset", FORMAT, FORMAT_VERSION
+RECORDS, CARD = "records.h5", "card.md"
+AROUND = 2.0  # usual ranges: the default over and times this
+USUAL = ("clearance", "viscosity", "speed")  # parameters that are drawn by default
+
+
+def dataset(
+    case: str | Path,
+    folder: str | Path,
+    channels: str | Iterable[str],
+    *,
+    ranges: Mapping[str, tuple] | None = None,
+    fixed: Mapping[str, object] | None = None,
+    points: int = 1000,
+    seed: int = 0,
+    turns: int = 2,
+    settle: int = 2,
+    samples_per_turn: int = 360,
+    noise: float | str = "1%",
+    lowpass: tuple[int, float] | None = None,
+    workers: int | None = None,
+    progress: Callable | None = None,
+) -> Path:
+    """Make labelled records of a case and return the path of their file.
+
+    channels: of a run, such as "bodies/slider/ax". ranges: (low, high) or (low, high, "log") by
+        parameter; default clearance, viscosity and speed of the case, each within a factor of 2 of
+        its default. fixed: other parameters. turns: of a record, after `settle` turns. noise:
+        standard deviation in SI, or over the range of each record ("1%"). lowpass: order and corner
+        [Hz] of a Butterworth filter. workers, progress: see `sweep`.
+    A point that fails has nan in its records, and its reason among the labels. Raises ValueError
+    for input that is wrong, before anything runs.
+    """
+    names = listed(channels) or []
+    if not names:
+        raise ValueError("dataset: give at least one channel, such as bodies/slider/ax")
+    if isinstance(noise, str) and noise.strip().endswith("%"):
+        checks.share("noise", noise)
+    drawn = sampled(points, seed=seed, **(dict(ranges) if ranges else usual(case, fixed or {})))
+    runs = sweep(
+        case,
+        drawn,
+        Path(folder) / "sweep",
+        fixed=dict(fixed or {}),
+        channels=[f"{name}*" for name in names],
+        turns=turns + settle,
+        settle=settle,
+        samples_per_turn=samples_per_turn,
+        workers=workers,
+        progress=progress,
+    )
+    about = {
+        "case": str(case),
+        "channels": json.dumps(names),
+        "seed": seed,
+        "turns": turns,
+        "settle": settle,
+        "samples_per_turn": samples_per_turn,
+        "noise": str(noise),
+        "lowpass": json.dumps(lowpass),
+        "fixed": json.dumps(dict(fixed or {}), default=str),
+    }
+    return _written(Path(folder), runs, names, about, noise, lowpass)
+
+
+def column_of(channel: str) -> str:
+    """Name of the column of a channel."""
+    return channel.replace("/", "_")
+
+
+def usual(case, fixed: Mapping[str, object]) -> dict[str, tuple]:
+    """Ranges of the parameters that are drawn by default."""
+    parameters = find_case(case).parameters
+    there = (n for n in USUAL if n in parameters and n not in fixed)
+    values = {n: abs(parameters[n].default) for n in there}
+    if not values:
+        raise ValueError(f"dataset: the case has none of {', '.join(USUAL)}; give ranges")
+    return {n: (v / AROUND, v * AROUND, "log") for n, v in values.items()}
+
+
+def _written(folder: Path, runs: Sweep, names, about: dict, noise, lowpass) -> Path:
+    """The file of the records and the card."""
+    count, length = len(runs), about["turns"] * about["samples_per_turn"]
+    records = {n: np.full((count, length), np.nan, np.float32) for n in names}
+    sizes, units = {n: np.full(count, np.nan) for n in names}, {}
+    for index in np.flatnonzero(runs.done):
+        random = np.random.default_rng([about["seed"], int(index)])
+        with runs.run(int(index)) as run:
+            for name in names:
+                values = _sensed(run, name, lowpass)[-length - 1 : -1]
+                sizes[name][index] = sigma = _noise(noise, values)
+                records[name][index] = values + random.normal(0.0, sigma, length)
+                part = name if name in run else f"{name}_x"
+                units[name] = run.units(part)
+    if not units:
+        raise ValueError(f"dataset: no point has a run; {runs.folder} has the reasons")
+    parameters = find_case(about["case"]).parameters
+    labels = {n: (parameters[n].units, n, np.asarray(v)) for n, v in runs.columns.items()}
+    labels["done"] = "1", "whether the run came to its end", runs.done.astype(np.int8)
+    columns = {column_of(n): (units[n], f"{n} with noise", v) for n, v in records.items()}
+    noises = {
+        f"noise_{column_of(n)}": (units[n], f"standard deviation of the noise of {n}", v)
+        for n, v in sizes.items()
+    }
+    angle = np.arange(length) * (360.0 / about["samples_per_turn"])
+    columns["angle"] = "deg", "angle of the drive behind the first sample", angle
+    facts = {n: v for n, v in provenance().items() if n != "created"}  # the same bytes each day
+    path = folder / RECORDS
+    with in_memory(path, dated=False) as file:
+        file.attrs.update(checked(facts | {"format": FORMAT, "synthetic": "yes"} | about))
+        write_table(file, "labels", {}, labels | noises)
+        write_table(file, "records", {}, columns)
+        image = image_of(file)
+    with replacing(path) as temporary:
+        temporary.write_bytes(image)
+    with replacing(folder / CARD) as temporary:
+        temporary.write_text(card(runs, names, units, facts | about), encoding="utf-8")
+    return path
+
+
+def _sensed(run, name: str, lowpass) -> np.ndarray:
+    """A channel of a run through the filter of a sensor."""
+    values = run.sizes(name)
+    if lowpass is None:
+        return values
+    order, corner = lowpass
+    rate = (len(run.time) - 1) / float(run.time[-1] - run.time[0])
+    return sosfilt(butter(order, corner, fs=rate, output="sos"), values)
+
+
+def _noise(noise: float | str, values: np.ndarray) -> float:
+    """Standard deviation of the noise of a record."""
+    if isinstance(noise, str) and noise.strip().endswith("%"):
+        return checks.share("noise", noise) * float(np.ptp(values))
+    return checks.non_negative("noise", quantity(noise) if isinstance(noise, str) else noise)
+
+
+def scored(folder: Path, scores: Mapping[str, Mapping[str, float]]) -> None:
+    """Add scores of an estimator to the card."""
+    path = folder / CARD
+    head = path.read_text(encoding="utf-8").partition("\n## Baseline")[0]
+    rows = [
+        f"| {n} | {s['rms_of_logarithm']:.3g} | {100.0 * s['inside_95']:.3g} % | {s['records']} |"
+        for n, s in scores.items()
+    ]
+    table = ["| label | rms error of its logarithm | 95 % intervals that hold it | records |"]
+    table += ["|---|---|---|---|", *rows]
+    text = "\n".join([head.rstrip(), "", "## Baseline", "", "`clearance fit`:", "", *table, ""])
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def card(runs: Sweep, names, units: Mapping[str, str], about: Mapping[str, object]) -> str:
+    """The card of a data set: its nature, contents, source and limits."""
+    ends = {n: (min(v), max(v)) for n, v in runs.columns.items()}
+    lines = [
+        f"# Records of {about['case']}",
+        "",
+        "**Synthetic**: computed by clearance, no measurement of a machine.",
+        "",
+        f"- {len(runs)} points, {int(runs.done.sum())} with records; seed {about['seed']}.",
+        f"- Each record: {about['turns']} turns after {about['settle']}, "
+        f"{about['samples_per_turn']} samples a turn.",
+        f"- Channels: {', '.join(f'{n} [{units[n]}]' for n in names)}.",
+        f"- Sensor: noise {about['noise']}, low-pass {about['lowpass']}.",
+        *(f"- Label {n}: {low:.6g} to {high:.6g}." for n, (low, high) in ends.items()),
+        f"- Fixed: {about['fixed']}.",
+        f"- Made by clearance {about['version_clearance']}, numpy {about['version_numpy']}, "
+        f"Python {about['version_python']}.",
+        "",
+        "`records.h5`: `/labels` has a value for each point, in SI; `/records/CHANNEL` a row of "
+        "samples for each point, over `/records/angle` [deg]; nan where a run failed.",
+        "",
+    ]
+    return "\n".join(lines)

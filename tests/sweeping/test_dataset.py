@@ -1,0 +1,114 @@
+"""Labelled records: the same from the same seed, the noise as stated, a card, a baseline."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.cli import main
+from clearance.identify.baseline import baseline
+
+CASE = {"model": "lubricated", "film": "pinkus_sternlicht"}
+CHANNELS = ("bodies/slider/ax", "joints/C/force")
+SMALL = {"points": 6, "turns": 1, "settle": 2, "samples_per_turn": 180, "fixed": CASE}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Six records of a lubricated slider-crank."""
+    folder = tmp_path_factory.mktemp("set")
+    return cl.dataset("slider_crank", folder, CHANNELS, seed=3, workers=1, **SMALL)
+
+
+def test_the_same_seed_gives_the_same_bytes(made, tmp_path):
+    """By two workers and from the command too, on another day; another seed gives others."""
+    again = cl.dataset("slider_crank", tmp_path / "a", CHANNELS, seed=3, workers=2, **SMALL)
+    assert again.read_bytes() == made.read_bytes()
+    options = [f"-p{n}={v}" for n, v in CASE.items()]
+    call = ["dataset", "slider_crank", *options, "--channels", ",".join(CHANNELS), "--points", "6"]
+    call += ["--turns", "1", "--samples-per-turn", "180", "--quiet", "-o", str(tmp_path / "b")]
+    assert main([*call, "--seed", "3"]) == 0
+    assert (tmp_path / "b" / "records.h5").read_bytes() == made.read_bytes()
+    other = cl.dataset("slider_crank", tmp_path / "c", CHANNELS, seed=4, workers=1, **SMALL)
+    assert other.read_bytes() != made.read_bytes()
+
+
+def test_a_record_is_a_run_with_noise(made):
+    """Noise of 1 % of the range about the run of the labels, to five deviations of 180 values."""
+    with h5py.File(made) as file:
+        labels = {n: v[()] for n, v in file["labels"].items()}
+        actual = file["records/bodies_slider_ax"][2].astype(float)
+        assert file["records/bodies_slider_ax"].attrs["units"] == "m/s2"
+        assert file["labels/clearance"].attrs["units"] == "m"
+    numbers = {n: float(labels[n][2]) for n in ("clearance", "viscosity", "speed")}
+    scene = cl.load_case("slider_crank", **CASE, **numbers)
+    run = cl.simulate(scene, turns=3, samples_per_turn=180, error=None)
+    expected = run["slider"].ax[360:540]
+    noise = labels["noise_bodies_slider_ax"][2]
+    assert noise == pytest.approx(0.01 * np.ptp(expected), rel=1e-6)
+    assert (actual - expected).std() == pytest.approx(noise, rel=0.25)
+
+
+def test_ranges_noise_and_filter(tmp_path):
+    """Labels fill the ranges; records without noise and filter are the channel (single precision)."""
+    options = SMALL | {"noise": 0.0, "ranges": {"clearance": (2e-4, 4e-4)}}
+    path = cl.dataset("slider_crank", tmp_path / "a", CHANNELS[:1], workers=1, **options)
+    soft = cl.dataset(
+        "slider_crank", tmp_path / "b", CHANNELS[:1], workers=1, lowpass=(2, 200.0), **options
+    )
+    with h5py.File(path) as file, h5py.File(soft) as filtered:
+        clearance, sharp = file["labels/clearance"][()], file["records/bodies_slider_ax"][()]
+        blunt = filtered["records/bodies_slider_ax"][()]
+    assert sorted(np.floor((clearance - 2e-4) / (2e-4 / 6))) == [*range(6)]  # a Latin hypercube
+    scene = cl.load_case("slider_crank", **CASE, clearance=float(clearance[0]))
+    run = cl.simulate(scene, turns=3, samples_per_turn=180, error=None)
+    assert sharp[0] == pytest.approx(run["slider"].ax[360:540], rel=1e-6)
+    assert np.abs(np.diff(blunt)).max() < 0.9 * np.abs(np.diff(sharp)).max()
+
+
+def test_the_card_names_what_it_is(made):
+    """Synthetic, its seed, ranges, sensor and version."""
+    text = made.with_name("card.md").read_text()
+    for part in ("**Synthetic**", "seed 3", "noise 1%", "Label clearance", "clearance 0."):
+        assert part in text
+
+
+@pytest.mark.slow
+def test_the_baseline_finds_the_labels(made, capsys):
+    """Within 30 % of clearance and viscosity, most of six within their intervals."""
+    scores = baseline(made, 6, starts=2)
+    assert scores.keys() == {"clearance", "viscosity"}
+    for row in scores.values():
+        assert row["rms_of_logarithm"] < 0.3
+        assert row["inside_95"] >= 4 / 6
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"channels": ()}, "at least one channel"),
+        ({"channels": ("bodies/slider/xx",)}, "fits none"),
+        ({"noise": "-1%"}, "noise"),
+        ({"points": 0}, "count must be a positive"),
+        ({"ranges": {"clearanc": (1e-4, 2e-4)}}, "did you mean clearance"),
+    ],
+)
+def test_bad_input_is_named(tmp_path, change, message):
+    """Before anything runs."""
+    options = SMALL | {"channels": CHANNELS} | change
+    with pytest.raises((ValueError, TypeError), match=message):
+        cl.dataset("slider_crank", tmp_path / "a", workers=1, **options)
+    assert not (tmp_path / "a" / "records.h5").exists()
+
+
+def test_the_command_prints_its_files(tmp_path, capsys):
+    """As JSON too; a parameter that is not there is named."""
+    call = ["dataset", "slider_crank", "-p", "model=lubricated", "-p", "film=pinkus_sternlicht"]
+    call += ["--channels", "bodies/slider/ax", "--points", "2", "-o", str(tmp_path / "a")]
+    assert main([*call, "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert h5py.is_hdf5(document["records"])
+    assert main([*call, "-p", "clearanc=1:2"]) == 2
+    assert "did you mean clearance" in capsys.readouterr().err
