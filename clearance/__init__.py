@@ -165,6 +165,8 @@ _LAZY = {
     "fit": "clearance.identify.scene_parameters",
 }
 
+#: names that only authors of cases need: not among those to choose from
+_ASIDE = ("crank_drive", "joint_friction_law", "one_of", "pad_table")
 #: names that have another one in their module
 _RENAMED = {"pad_table": "pad_film"}
 _MODULES = {
@@ -217,7 +219,7 @@ def __dir__() -> list[str]:
     `clearance.laws` and `clearance.films`.
     """
     laws, films = import_module("clearance.laws"), import_module("clearance.film.names")
-    aside = {*laws.__all__, *(f"{n}_film" for n in films.__all__)}
+    aside = {*laws.__all__, *(f"{n}_film" for n in films.__all__), *_ASIDE}
     return [*(n for n in __getattr__("__all__") if n not in aside), "__version__"]
 
 

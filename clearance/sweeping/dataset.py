@@ -1,8 +1,8 @@
 """Labelled records of a case: drawn parameters, computed channels, the noise of a sensor.
 
-A record has channels at even angles of the drive, of settled turns. They have passed the filter of a
-sensor and have its noise. `records.h5` has the labels and records of
-all points, `card.md` the facts about them. Runs are a sweep in the folder `sweep`. The same seed
+A record has channels at even angles of the drive, of settled turns. They have passed the filter of
+a sensor and have its noise. `records.h5` has the labels and records of all points, `card.md` the
+facts about them. Runs are a sweep in the folder `sweep`. The same seed
 gives the same bytes with the same version on the same kind of processor.
 """
 

@@ -52,7 +52,7 @@ def test_a_record_is_a_run_with_noise(made):
 
 
 def test_ranges_noise_and_filter(tmp_path):
-    """Labels fill the ranges; records without noise and filter are the channel (single precision)."""
+    """Labels fill the ranges; records without noise and filter are the channel, rounded."""
     options = SMALL | {"noise": 0.0, "ranges": {"clearance": (2e-4, 4e-4)}}
     path = cl.dataset("slider_crank", tmp_path / "a", CHANNELS[:1], workers=1, **options)
     soft = cl.dataset(
