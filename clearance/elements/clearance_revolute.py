@@ -23,6 +23,7 @@ from clearance.laws.law import (
     contact,
     film,
     friction,
+    loaded_film,
     memory_film,
     outline,
     surface_wear,
@@ -49,6 +50,8 @@ class ClearanceRevolute(ClearanceJoint):
     lubricant: the film's oil.
     transition: how film and contact share the joint, needed where it has both; asperities are part
         of it.
+    elastic: film on elastic surfaces, or None for surfaces that the film does not deform. The
+        transition then goes by that film, see `line_contact`.
     film_torques: whether the film drags on both bodies. Leave it on: without it the film's force
         pair has a net moment. Off reproduces published rows that leave the drag out.
     wear, wear_journal: laws of wear of bearing and journal; outline: their worn depths, see `worn`
@@ -78,6 +81,7 @@ class ClearanceRevolute(ClearanceJoint):
     film: BoundLaw | None = law("film between journal and bearing", film, wet_film, memory_film)
     asperity: BoundLaw | None = law("load of the asperities", asperity)
     transition: BoundLaw | None = law("how film and contact share the joint", transition)
+    elastic: BoundLaw | None = law("film on elastic surfaces", loaded_film)
     wear: BoundLaw | None = law("wear of the bearing", surface_wear)
     wear_journal: BoundLaw | None = law("wear of the journal", surface_wear)
     outline: BoundLaw | None = law("worn outlines of bearing and journal", outline)
@@ -159,6 +163,21 @@ class ClearanceRevolute(ClearanceJoint):
             self._check_beside(label, "transition", " law", "film", "contact")
         if self.asperity is not None:
             self._check_beside(label, "asperity", "", "transition", "roughness")
+        if self.elastic is not None:
+            self._check_elastic(label)
+
+    def _check_elastic(self, label: str) -> None:
+        """Raise ValueError where the film on elastic surfaces has no part."""
+        self._check_beside(label, "elastic", "", "transition", "roughness")
+        name, choices = self.transition.law.name, self.transition.values
+        if self.transition.law.on_film is None:
+            have = "fuzzy and load_sharing have one"
+            raise ValueError(f"{label}: elastic: {name} has no state of elastic surfaces; {have}")
+        if any(choices.get(n, 1.0) != 1.0 for n in ("datum", "squeeze")):
+            rigid = "are choices of a film on rigid surfaces"
+            raise ValueError(f"{label}: elastic: datum and squeeze of {name} {rigid}")
+        if self.outline or self.wear or self.wear_journal:
+            raise ValueError(f"{label}: elastic: worn outlines have no film on elastic surfaces")
 
     def _check_wear(self, label: str) -> None:
         """Raise ValueError where worn outlines cannot be followed."""

@@ -57,7 +57,7 @@ class Joint(Element):
     film = None
     friction = None
     roughness = None
-    transition = asperity = heat = None
+    transition = asperity = elastic = heat = None
     outline = wear = wear_journal = None
     arms: tuple[str, ...] = ()
 

@@ -2,8 +2,15 @@
 
 from dataclasses import dataclass
 
-from clearance.laws.film import film_torques, peak_film_pressure, thinning, wet_film_torques
+from clearance.laws.film import (
+    film_torques,
+    flattened,
+    peak_film_pressure,
+    thinning,
+    wet_film_torques,
+)
 from clearance.laws.law import FilmJoint, memory_film
+from clearance.laws.line_contact import hertz_pressure
 
 #: smallest distance, relative to the clearance, that still has a direction of its own
 CENTRE = 1e-9
@@ -18,6 +25,8 @@ class Shares:
     slope: object = 1.0
     contact: object = 1.0
     penetration: object = None
+    elastic: object = None  # film on elastic surfaces
+    give: object = 1.0  # rate of the penetration over that of the journal
 
 
 class Journal:
@@ -80,11 +89,36 @@ class Journal:
         joint = self.joint
         if joint.transition is None:
             return Shares()
+        if joint.elastic is not None:
+            return self._elastic_shares()
         values = self.m.law(joint, "transition", [self.gap], self.facts)
-        for name, weight in zip(("full film", "mixed", "dry"), values[5:], strict=True):
-            text = f"membership of the film thickness ratio in the state {name}"
-            self.w.show(joint, f"membership_{name.replace(' ', '_')}", "1", text, weight)
+        self._show_states(values[5:])
         return Shares(*values[:5])
+
+    def _show_states(self, weights: list) -> None:
+        for name, weight in zip(("full film", "mixed", "dry"), weights, strict=True):
+            text = f"membership of the film thickness ratio in the state {name}"
+            self.w.show(self.joint, f"membership_{name.replace(' ', '_')}", "1", text, weight)
+
+    def _elastic_shares(self) -> Shares:
+        """Shares by the film on elastic surfaces: what it deflects is the contact's penetration.
+
+        The film law stands for it at the gap of rigid surfaces that carry the same load.
+        """
+        m, w, joint, (spin_a, spin_b) = self.m, self.w, self.joint, self.spins
+        radius, clearance, length, viscosity, roughness = self.facts
+        speed = radius * (spin_a + spin_b - 2.0 * self.sideways * self.inverse)
+        facts = [radius, clearance, length, self._thin * viscosity, roughness]
+        state = [self.gap, speed, self.outward]
+        film, film_gap, slope, give = m.elastic_film(joint, state, facts)
+        law = joint.transition.law
+        share, *weights = m.of_law(joint, "transition", law.on_film, [film], self.facts)
+        self._show_states(weights)
+        w.show(joint, "elastic_film", "m", "central film on the elastic surfaces", film)
+        text = "film of rigid surfaces that carries the load of the film on elastic ones"
+        w.show(joint, "rigid_film", "m", text, film_gap)
+        self.thickness_ratio = film / roughness
+        return Shares(share, film_gap, slope, 1.0 - share, film - self.gap, film, give)
 
     def film(self, share: Shares) -> None:
         """Film force at the journal's centre, its reaction at the bearing's, and both friction
@@ -93,10 +127,12 @@ class Journal:
         m, joint, facts = self.m, self.joint, self.facts
         radius, clearance, length, viscosity, _ = facts
         eccentricity, radial, tangential, *shear = self._of_film(share)
-        if joint.heat is not None:
-            laid = [m.number(joint, f"heat/{n}") for n in ("surroundings", "vogel", "vogel_zero")]
-            (thin,) = m.function(thinning, [self._warming(), *laid])
-            radial, tangential, viscosity = thin * radial, thin * tangential, thin * viscosity
+        thin = self._thin
+        radial, tangential, viscosity = thin * radial, thin * tangential, thin * viscosity
+        if share.elastic is not None:  # the drag is that of the film itself
+            film = 1.0 - share.elastic / clearance
+            shear = [s * self._thicker(eccentricity, film) for s in shear]
+            eccentricity = film
         torque_a = torque_b = 0.0
         if joint.film_torques:
             drag = wet_film_torques if shear else film_torques
@@ -116,7 +152,7 @@ class Journal:
             if share.film_gap is not None:  # the pair of forces acts at the true centres
                 rest = 0.5 * (self.distance - eccentricity * clearance) * tangential
                 torque_a, torque_b = share.film * (torque_a - rest), share.film * (torque_b - rest)
-        if share.film_gap is not None:
+        if share.film_gap is not None and share.elastic is None:
             radial = self._kept(share) * radial
         self.film_force = share.film * radial, share.film * tangential
         self._add(self.vector(*self.film_force), torque_a, torque_b)
@@ -124,6 +160,8 @@ class Journal:
         (pressure,) = m.function(
             peak_film_pressure, [self._film_load(), thickness, radius, clearance, length]
         )
+        if share.elastic is not None:
+            pressure = self._flattened(pressure)
         text = "film force on the journal {} the line of centres"
         for name, way, value in zip(
             ("radial", "tangential"), ("along", "across"), self.film_force, strict=True
@@ -132,6 +170,25 @@ class Journal:
         self.w.show(
             joint, "film_pressure", "Pa", "estimate of the film's largest pressure", pressure
         )
+
+    @property
+    def _thin(self):
+        """Viscosity of the oil over that at its first temperature."""
+        if self.joint.heat is None:
+            return 1.0
+        names = ("surroundings", "vogel", "vogel_zero")
+        laid = [self.m.number(self.joint, f"heat/{n}") for n in names]
+        return self.m.function(thinning, [self._warming(), *laid])[0]
+
+    def _flattened(self, pressure):
+        """Largest pressure of the film on elastic surfaces, from that on rigid ones."""
+        sizes = [self._film_load(), *self.facts[:3], self.m.number(self.joint, "elastic/modulus")]
+        return self.m.function(flattened, [pressure, *self.m.function(hertz_pressure, sizes)])[0]
+
+    def _thicker(self, rigid, film):
+        """Integral of 1/H around the film's own eccentricity ratio over that at the rigid one."""
+        trace = self.m.trace
+        return trace.sqrt((1.0 - rigid * rigid) / (1.0 - film * film))
 
     def _kept(self, share: Shares):
         """Share of the film's radial force on a receding journal where the transition holds the
@@ -218,7 +275,10 @@ class Journal:
         speed = m.impact_speed(joint)
         if joint.impacts:
             depth, speed = m.contact(joint, depth)
-        (normal,) = m.law(joint, "contact", [depth, self.outward, speed])
+        (normal,) = m.law(joint, "contact", [depth, share.give * self.outward, speed])
+        if share.elastic is not None:  # it counts as contact from the threshold mixed on
+            threshold = m.number(joint, "roughness") * m.number(joint, "transition/mixed")
+            self.depth = threshold - self.gap
         self.contact_force = normal = share.contact * normal
         w.show(joint, "contact_force", "N", "normal contact force", normal)
         if joint.asperity is not None:

@@ -67,12 +67,13 @@ class Regime:
                 f"carry a large share, which {law.name} has from an asperity law alone: give one, "
                 "such as greenwood_tripp"
             )
-        if self.piezoviscous_number > PIEZOVISCOUS:
+        elastic = joint.elastic is not None
+        if self.piezoviscous_number > PIEZOVISCOUS and not elastic:
             number = self.piezoviscous_number
             warnings.append(
                 f"{pressure}: piezoviscous number {number:.2g}, a constant viscosity is only formal"
             )
-        if self.flattening_ratio > FLATTENING:
+        if self.flattening_ratio > FLATTENING and not elastic:
             number = self.flattening_ratio
             warnings.append(
                 f"{pressure}: it flattens the surfaces by {number:.2g} of the film: "

@@ -613,6 +613,7 @@ class LaneMetrics:
         counts = (unit.piezoviscous_number * pressure > PIEZOVISCOUS).astype(int) + (
             flattening > FLATTENING
         )
+        counts *= joint.elastic is None
         if not (law and law.carries_roughness):
             counts += ratio < FULL_FILM
         elif law.needs_asperity and joint.asperity is None:

@@ -58,6 +58,7 @@ from clearance.laws.joint_friction import (
     joint_lugre_loaded,
     joint_stribeck,
 )
+from clearance.laws.line_contact import line_contact
 from clearance.laws.pad import full_pad
 from clearance.laws.spring import (
     backlash,
@@ -93,6 +94,7 @@ from clearance.laws.law import (
     friction,
     joint_bristle,
     joint_friction,
+    loaded_film,
     pad,
     signal,
     spring,
@@ -110,6 +112,7 @@ FAMILIES = (
     film,
     pad,
     asperity,
+    loaded_film,
     transition,
     spring,
     signal,
@@ -149,6 +152,7 @@ __all__ = [
     "delivered_restitution",
     "drive_state",
     "effort",
+    "loaded_film",
     "exact_damping",
     "exact_restitution",
     "film",
@@ -183,6 +187,7 @@ __all__ = [
     "lankarani_nikravesh",
     "layer_modulus",
     "lee_wang",
+    "line_contact",
     "liu",
     "load_sharing",
     "long_film",

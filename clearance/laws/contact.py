@@ -560,7 +560,7 @@ def winkler(
         return 0.0
     e = radius_difference + penetration
     root = math.sqrt(penetration * (e + radius_difference))
-    double = 2.0 * math.atan(root / radius_difference)
+    double = 2.0 * math.atan2(root, radius_difference)
     if double < 0.1:
         area = double**3 / 6.0 * (1.0 - double * double / 20.0 * (1.0 - double * double / 42.0))
     else:

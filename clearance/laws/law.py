@@ -110,6 +110,9 @@ class Law:
     shown: Mapping[str, tuple[str, str, Callable]] = NONE
     first_touch: bool = False  # of transitions: contact starts at the wall, as an event
     carries_roughness: bool = False  # of these: rough surfaces share the load below full film
+    #: of these: film share and memberships from the film [m] on elastic surfaces, in place of the
+    #: gap, by the same arguments
+    on_film: Callable | None = None
     #: of these: beside an asperity law alone, nothing else stands for asperities
     needs_asperity: bool = False
     linear_in_viscosity: bool = True  # of films
@@ -434,6 +437,9 @@ memory_film = Family("film", ("film_state", "joint"), 3)
 asperity = Family("asperity", ("film_thickness_ratio", "joint"), 1)
 #: how film and contact share a joint, from the nominal gap [m]: see laws/transition.py
 transition = Family("transition", ("gap", "joint"), 8)
+#: film on elastic surfaces, from load [N] and sum of the surface speeds [m/s]: returns (central
+#: film, rigid film that carries the load) [m]
+loaded_film = Family("loaded_film", ("load", "speed", "joint"), 2)
 #: film of a flat pad over a flat wall: returns (load, its moment, drag), see laws/pad.py
 pad = Family("pad", ("gap", "slope", "gap_rate", "slope_rate", "speed", "face"), 3)
 #: wear of one surface: rate of its worn depth [m/s] from a pressure [Pa] and a speed [m/s], see

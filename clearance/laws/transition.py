@@ -126,6 +126,12 @@ def weighted(gap, roughness, mixed, full, datum, squeeze, w_full, w_mixed, w_dry
     return w_full + w_mixed, film_gap, slope, 1.0 - w_full, penetration, w_full, w_mixed, w_dry
 
 
+def weighted_by_film(film, joint, dry, mixed, full, datum, squeeze):
+    """Film share and memberships of the film [m] on elastic surfaces."""
+    w_full, w_mixed, w_dry = memberships(film / joint.roughness, dry, mixed, full)
+    return w_full + w_mixed, w_full, w_mixed, w_dry
+
+
 @transition(
     dry=positive,
     mixed=positive,
@@ -133,6 +139,7 @@ def weighted(gap, roughness, mixed, full, datum, squeeze, w_full, w_mixed, w_dry
     datum=non_negative,
     squeeze=fraction,
     carries_roughness=True,
+    on_film=weighted_by_film,
 )
 def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0, datum=1.0, squeeze=1.0):
     """Fuzzy-weighted states of the film thickness ratio: full film H, mixed E, dry D, memberships
@@ -242,6 +249,12 @@ def _weighted_by_table(gap, joint, data, start, dry, mixed, full, datum=1.0, squ
     return weighted(gap, joint.roughness, mixed, full, datum, squeeze, w_full, w_mixed, w_dry)
 
 
+def _by_table_and_film(film, joint, data, start, dry, mixed, full, datum, squeeze):
+    """As `weighted_by_film`, with memberships from a table."""
+    w_full, w_mixed, w_dry = tabled(film / joint.roughness, data, int(start))
+    return w_full + w_mixed, w_full, w_mixed, w_dry
+
+
 @dataclass(frozen=True)
 class Table:
     """Points of a table as a kernel reads them: their number, then ROW numbers for each."""
@@ -288,6 +301,7 @@ _fuzzy_table = DataLaw(
         "datum": non_negative,
         "squeeze": fraction,
         "carries_roughness": True,
+        "on_film": _by_table_and_film,
     },
     Table.of,
     name="fuzzy_table",
@@ -338,8 +352,20 @@ def _point(index: int, row: Sequence[float]) -> tuple[float, ...]:
     return (finite(f"{label}: film thickness ratio", row[0]), *shares)
 
 
+def shared_by_film(film, joint, dry, mixed, full):
+    """Film share erf(lambda / 2^(1/2)) and memberships of the film [m] on elastic surfaces."""
+    ratio = film / joint.roughness
+    w_full, w_mixed, w_dry = memberships(ratio, dry, mixed, full)
+    return 1.0 - 2.0 * normal_tail(max(ratio, 0.0)), w_full, w_mixed, w_dry
+
+
 @transition(
-    dry=positive, mixed=positive, full=positive, carries_roughness=True, needs_asperity=True
+    dry=positive,
+    mixed=positive,
+    full=positive,
+    carries_roughness=True,
+    needs_asperity=True,
+    on_film=shared_by_film,
 )
 def load_sharing(gap, joint, dry=0.4, mixed=1.0, full=3.0):
     """Film, asperities and bulk carry together [N], each at the mean gap [m]: no threshold, smooth

@@ -2,6 +2,8 @@
 real motion.
 """
 
+from functools import partial
+
 from clearance.elements.body import Body
 from clearance.elements.joint import ALONG, TURN, Joint
 from clearance.laws.law import BoundLaw
@@ -116,6 +118,13 @@ class Motion:
         """Calls a law with a memory to store this state."""
         law = getattr(element, slot).law
         return self.calls.of(element, slot, law.keep, state, facts)[0]
+
+    def elastic_film(self, element, state: list, facts: list) -> list:
+        """Film on the elastic surfaces of a joint, see mechanism/elastic_surfaces.py."""
+        from clearance.mechanism.elastic_surfaces import film_of
+
+        number = partial(self.number, element)
+        return film_of(self.trace, number, element.contact.law, state, facts)
 
     # --- states
     def state(self, element, name: str) -> Jet:

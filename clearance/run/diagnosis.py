@@ -208,6 +208,7 @@ class Diagnosis:
         """
         mechanism = self.run.mechanism
         mixed = [j for j in mechanism.scene.clearance_joints if j.film_joint and j.transition]
+        mixed = [j for j in mixed if j.elastic is None]
         if not mixed or not self.run.outputs or not self.run.state.started:
             return ""
         outputs = dict(zip(mechanism.layout.output, self.run.outputs_here(), strict=True))

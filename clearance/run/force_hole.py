@@ -7,7 +7,7 @@ The laws of a joint are scanned in compiled code, for one joint here, for many p
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
 
 import numpy as np
 
@@ -25,7 +25,7 @@ LOSS = 0.02  # share of the load that a hole check lets go unnoticed
 SCANNED = 400  # steps of a hole check
 SECANTS = 5  # steps towards the speed of a load, in which films are nearly linear
 NEAR_WALL = 0.05  # film thickness ratio below which contact begins at the wall
-SLOTS = ("transition", "film", "contact", "asperity")
+SLOTS = ("transition", "film", "contact", "asperity", "elastic")
 LEAST = -1e300  # load before the first [N]
 #: what each kernel takes and returns
 KERNELS = {
@@ -144,7 +144,12 @@ class RadialLoads:
             function = traced(self.laws[slot].function, self.laws[slot].kinds)
             return trace.call(function, [*state, *fixed])
 
-        share, film_gap, slope, touching, penetration, *_ = law("transition", gap, *facts)
+        if "elastic" in self.laws:
+            number = partial(self._number, numbers)
+            shares = _elastic_shares(trace, self.laws, number, (gap, approach, entrainment), facts)
+        else:
+            shares = law("transition", gap, *facts)
+        share, film_gap, slope, touching, penetration, *thickness = shares
         state = 1.0 - film_gap / clearance, slope * approach / clearance, entrainment
         off, radial = trace.compare("eq", share, 0.0), law("film", *state, *facts)[0]
         film = trace.select(off, 0.0, -share * radial)
@@ -152,7 +157,8 @@ class RadialLoads:
         impact = trace.select(trace.compare("gt", usual, approach), usual, approach)
         entire = film + touching * law("contact", penetration, approach, impact)[0]
         if "asperity" in self.laws:
-            ratio = gap / self._number(numbers, "roughness")
+            thickness = thickness[0] if "elastic" in self.laws else gap
+            ratio = thickness / self._number(numbers, "roughness")
             entire = entire + law("asperity", ratio, *facts)[0]
         return film, entire
 
@@ -224,6 +230,19 @@ class RadialLoads:
         start = [LEAST, 0.0, -1.0, 0.0, 0.0, 0.0]
         deepest = self._repeated(trace, numbers, scan, start, [speed, entrainment], hole)
         return [crest, speed, *deepest[2:]]
+
+
+def _elastic_shares(trace: Trace, laws: dict, number: Callable, state: tuple, facts: list) -> list:
+    """Shares by the film on elastic surfaces, and that film; as of a journal."""
+    from clearance.mechanism.elastic_surfaces import film_of
+
+    gap, approach, entrainment = state
+    speed, law = number("radius") * entrainment, laws["transition"]
+    state = [gap, speed, approach]
+    film, film_gap, slope, _ = film_of(trace, number, laws["contact"], state, facts)
+    fixed = [number(f"transition/{p}") for p in law.parameters]
+    share, *_ = trace.call(traced(law.on_film, law.kinds), [film, *facts, *fixed])
+    return [share, film_gap, slope, 1.0 - share, film - gap, film]
 
 
 def _select(trace: Trace, condition, first: tuple, second: tuple) -> list:
@@ -311,6 +330,8 @@ def _cause(joint: ClearanceRevolute, ratio: list[float], rim: int, half: int) ->
     shares = [joint.transition(r * joint.roughness, joint.film_joint) for r in ratio]
     (film, _, rate, *_), (film_left, _, rate_left, *_) = shares[rim], shares[half]
     fades = "the film fades"
+    if joint.elastic is not None:
+        return fades
     if rate_left * film < film_left * rate:
         fades = "the held film loses its squeeze rate"
     touching = [k for k, (*_, share, depth, _, _, _) in enumerate(shares) if share * depth > 0.0]

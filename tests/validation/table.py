@@ -24,6 +24,7 @@ SUBJECTS = {
         "tests/film/",
         "tests/run/test_fields.py",
         "tests/laws/test_laws.py::TestPinkus",
+        "tests/laws/test_elastic_gap.py",
         "tests/laws/test_joint_laws.py::TestFilms",
     ),
     "Contact": (

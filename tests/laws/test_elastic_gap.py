@@ -1,0 +1,226 @@
+"""Film between elastic surfaces: line contact, the root of its gap, its part in mixed joints."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.laws.contact import contact_modulus, layer_modulus
+from clearance.laws.elastic_gap import centred, gap_scales, mismatch, unfolded
+from clearance.laws.law import FilmJoint
+from clearance.laws.line_contact import CENTRAL, LEAST, four_regimes
+from clearance.laws.materials import Material, steel
+from clearance.mechanism.elastic_surfaces import elastic_surfaces
+from clearance.run.force_hole import hole_check
+from clearance.studies.explain import explain
+from clearance.tracing.kernels import evaluated
+from tests.seeds import few_of
+
+ROWS = Path(__file__).parents[1] / "validation" / "line_contact_rows.csv"
+RADIUS, CLEARANCE = 0.01, 1e-4
+
+
+def film_of(m, material, regimes):
+    """H of Moes' numbers."""
+    return math.exp(four_regimes(math.log(m), math.log(max(material, 1e-12)), regimes))
+
+
+def test_solved_line_contacts(validated):
+    """Central and least film of 40 solved contacts, within the 8 % that the fit is good for."""
+    rows = list(csv.DictReader(ROWS.read_text().splitlines()))
+    for column, regimes in (("Hc", CENTRAL), ("Hmin", LEAST)):
+        pairs = [(film_of(float(r["M"]), float(r["L"]), regimes), r[column]) for r in rows]
+        ratios = np.array([film / float(row) for film, row in pairs if row])
+        validated(
+            f"{column} of line contacts, over solutions with an exact kernel",
+            (ratios.min(), ratios.max()),
+            (1.0, 1.0),
+            0.08,
+            source="Newton's method with the kernel of half-spaces",
+            kind="independent",
+        )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_films_grow_with_speed_and_pressure_viscosity(seed):
+    """And fall with the load up to L = 4.5; beyond by at most its power 0.06. Rigid limit: 1e-4."""
+    draws, step = np.random.default_rng(seed), 1.001
+    for _ in range(200):
+        m, material = 10.0 ** draws.uniform(-3, 2.5), 10.0 ** draws.uniform(-2, 1.3)
+        film = film_of(m, material, CENTRAL)
+        heavier = math.log(film_of(step * m, material, CENTRAL) / film) / math.log(step)
+        assert heavier < (0.0 if material < 4.5 else 0.06)
+        assert film_of(m, step * material, CENTRAL) >= film * (1.0 - 1e-12)
+        faster = film_of(m * step**-0.5, material * step**0.25, CENTRAL)
+        assert step**0.5 * faster > film
+    assert pytest.approx(film_of(1e-3, 1.0, CENTRAL), rel=1e-4) == 2.448 / 1e-3
+
+
+def drawn(draws):
+    """A contact law, the numbers of a line contact, and its state of gap, speed and approach."""
+    radius, slender = 10.0 ** draws.uniform(-2.3, -1.5), draws.uniform(0.5, 3.0)
+    clearance = radius * 10.0 ** draws.uniform(-3, -1.5)
+    soft = Material("soft", 10.0 ** draws.uniform(9.3, 11.3), 0.3, 1e3)
+    material = steel if draws.random() < 0.7 else soft
+    roughness = min(10.0 ** draws.uniform(-6.7, -5.8), clearance / 10.0)
+    joint = FilmJoint(
+        radius, clearance, slender * radius, 10.0 ** draws.uniform(-3.3, -1), roughness
+    )
+    sizes = {"length": joint.length, "radius_difference": clearance}
+    modulus = contact_modulus(material, material)
+    wall = layer_modulus(material, radius / 2)
+    law = [
+        cl.winkler(layer_modulus=wall, radius=radius, **sizes),
+        cl.johnson(modulus=modulus, **sizes),
+        cl.liu(modulus=modulus, **sizes),
+    ][draws.integers(3)]
+    scales = gap_scales(
+        joint, modulus, draws.uniform(0.5e-8, 2.5e-8), roughness, law(roughness, 0.0, 1.0)
+    )
+    gap = draws.uniform(-4.0, 8.0) * roughness
+    speed = draws.choice([-1, 1]) * 10.0 ** draws.uniform(-2.5, 1)
+    return law, joint, scales, [gap, speed, draws.choice([-1, 1]) * 10.0 ** draws.uniform(-6, -2)]
+
+
+def solved(law, joint, scales, state):
+    """film, rigid film and the two rates."""
+    function = evaluated(elastic_surfaces(law.law))
+    numbers = joint.clearance, joint.roughness, 1e-3, *scales, *law.values.values()
+    return np.array(function(*state, *numbers))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_root_of_the_gap(seed):
+    """By bisection: film 1 %, rigid film 8 %, what two steps of Newton leave; mostly 1e-4. Both are
+    positive and finite, the rates are shares.
+    """
+    law, joint, scales, state = drawn(np.random.default_rng(seed))
+    gap, speed, approach = state
+    low, high = -90.0, 0.0
+    for _ in range(80):
+        z = 0.5 * (low + high)
+        film, deflection = unfolded(z, gap)
+        load = law(deflection, 0.0, 1.0)
+        numbers = film, deflection, load, speed, approach, scales[5], 1e-3, scales[:4]
+        miss, ratio = mismatch(*numbers)
+        low, high = (low, z) if miss > 0.0 else (z, high)
+    values = solved(law, joint, scales, state)
+    wanted = film, film * math.exp(ratio)
+    middle = centred(gap, joint.clearance)
+    wanted = [(1.0 - middle) * w + middle * gap for w in wanted]
+    np.testing.assert_allclose(values[0], wanted[0], rtol=0.01)
+    np.testing.assert_allclose(values[1], wanted[1], rtol=0.08)
+    assert (values > 0.0).all()
+    assert values[3] <= 1.0
+
+
+@pytest.mark.parametrize("seed", few_of(range(12), 4))
+def test_slopes_of_the_gap_are_exact(seed):
+    """Central differences of 1e-4 of the state, to 1e-4 of the slope's size; no jump at h_0 = 0."""
+    law, joint, scales, state = drawn(np.random.default_rng(100 + seed))
+    slopes = evaluated(elastic_surfaces(law.law).slopes((0, 1, 2)))
+    numbers = joint.clearance, joint.roughness, 1e-3, *scales, *law.values.values()
+    exact = np.reshape(slopes(*state, *numbers)[4:], (4, 3))
+    values = solved(law, joint, scales, state)
+    for k, size in enumerate((joint.roughness, abs(state[1]), abs(state[2]))):
+        ends = []
+        for sign in (1, -1):
+            moved = list(state)
+            moved[k] += sign * 1e-4 * size
+            ends.append(solved(law, joint, scales, moved))
+        np.testing.assert_allclose(
+            exact[:, k] * size, (ends[0] - ends[1]) / 2e-4, atol=1e-4 * np.abs(values).max()
+        )
+    sides = [solved(law, joint, scales, [s * 1e-9 * joint.roughness, *state[1:]]) for s in (1, -1)]
+    np.testing.assert_allclose(*sides, rtol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_rest_is_dry_contact(seed):
+    """Without entrainment and approach the deflection is the overlap, to 1e-6 of it."""
+    law, joint, scales, state = drawn(np.random.default_rng(seed))
+    gap = -abs(state[0])
+    film, *_ = solved(law, joint, scales, [gap, 0.0, 0.0])
+    assert film - gap == pytest.approx(-gap, rel=1e-6)
+
+
+def feeder(**options):
+    return cl.load_case("six_bar_feeder", model="mixed", **options)
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("transition", ["fuzzy", "load_sharing"])
+def test_no_hole_and_never_below_dry_contact(transition, seed):
+    """The load grows with every step inwards, at rest and closing, with at least that of the
+    contact at the overlap (2 %: what a film of finite length carries less).
+    """
+    draws = np.random.default_rng(seed)
+    options = {
+        "clearance": 10.0 ** draws.uniform(-4.3, -3.5),
+        "viscosity": 10.0 ** draws.uniform(-3.3, -2.3),
+    }
+    joint = feeder(transition=transition, elastic="true", **options).clearance_joints[0]
+    entrainment, approach = draws.uniform(12, 190), draws.choice([0.0, 1e-3, 1e-2])
+    hole = hole_check(joint, entrainment, approach)
+    assert hole.monotone
+    dry = [joint.contact(-ratio * joint.roughness, 0.0, 1.0) for ratio in hole.ratio]
+    assert (np.array(hole.load) >= 0.98 * np.array(dry)).all()
+
+
+@pytest.mark.parametrize("joints", ["B", pytest.param("B,C,E", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", few_of(range(6), 2))
+def test_random_feeders_run(joints, seed):
+    """All complete, with energy to 1e-5 of the turnover; the film is positive at every moment."""
+    draws = np.random.default_rng(seed)
+    result = cl.simulate(
+        feeder(
+            joints=joints,
+            speed=cl.rpm(draws.uniform(60, 900)),
+            clearance=draws.uniform(5e-5, 3e-4),
+            viscosity=10.0 ** draws.uniform(-3.3, -2.3),
+        ),
+        turns=2,
+    )
+    assert result.complete
+    assert result.solver["energy_residual_share"] < 1e-5
+    joint = result.joint("B")
+    assert (joint.elastic_film > 0.0).all()
+    assert (joint.rigid_film > 0.0).all()
+    states = joint.membership_full_film + joint.membership_mixed + joint.membership_dry
+    np.testing.assert_allclose(states, 1.0, atol=1e-12)
+
+
+def test_lanes_agree(tmp_path):
+    """The same points one by one: largest forces within 2e-3, of two runs at rtol 1e-6."""
+    points = cl.grid(
+        speed=np.linspace(cl.rpm(120), cl.rpm(400), 5), clearance=np.linspace(6e-5, 2e-4, 5)
+    )
+    fixed = {"model": "mixed", "viscosity": 0.005, "friction": "none"}
+    options = {"fixed": fixed, "turns": 2.0, "channels": [], "workers": 1}
+    sweep = cl.sweep("six_bar_feeder", points, tmp_path / "m", **options)
+    assert str(sweep.ways).startswith("25 points in lanes")
+    for row in range(0, 25, 6):
+        values = points[row]
+        run = cl.simulate(cl.load_case("six_bar_feeder", **fixed, **values), turns=2)
+        peak = run.extreme("joints/B/force_max", begin=run.turn).value
+        assert sweep.metrics["joint_B_force_max"][row] == pytest.approx(peak, rel=2e-3)
+
+
+def test_rigid_joints_have_nothing_of_it():
+    """No output, number or operation; and what has no such state is refused by name."""
+    rigid = feeder(elastic="false")
+    assert rigid.clearance_joints[0].elastic is None
+    contents = explain(rigid)
+    assert not any("elastic" in path for path in contents["channels"])
+    assert "elastic" in contents["left_out"]
+    assert not any("elastic" in call for k in contents["kernels"].values() for call in k["calls"])
+    for options, words in (
+        ({"transition": "flores"}, "no state of elastic surfaces"),
+        ({"transition": "fuzzy(squeeze=0)"}, "datum and squeeze"),
+        ({"wear": 1e-15, "film": "short"}, "worn outlines"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            feeder(elastic="true", **options)
