@@ -15,9 +15,9 @@ import numpy as np
 
 from clearance.files.texts import listed
 from clearance.identify.estimation import spread
+from clearance.identify.free import Free, bounded
 from clearance.identify.measured import Measured
-from clearance.identify.scene_fit import Curve, Free, Problem
-from clearance.identify.scene_parameters import bounded
+from clearance.identify.scene_fit import Curve, Problem
 from clearance.scene.parameter import varied
 from clearance.scene.scene import Scene
 from clearance.values import checks

@@ -24,16 +24,14 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.signal import butter, sosfilt
-from scipy.stats import qmc
 
 from clearance.accuracy.by_differences import WIDTH, Impossible, Steps, reason_without, recorded
+from clearance.identify.free import Beside, Free, Varying
 from clearance.identify.measured import Measured
 from clearance.results.memory import MemoryRecord
 from clearance.results.record import cubic
 from clearance.run.run import Run
-from clearance.scene.parameter import varied
 from clearance.scene.scene import Scene
-from clearance.simulation import prepare
 from clearance.values import checks
 
 RTOL = 1e-7  # of the runs
@@ -53,34 +51,6 @@ PLACES = 256  # of a shift that is looked for over one turn
 STAGES = (0.1, 0.15, 0.22, 0.33, 0.5, 0.7)  # of records, where contact starts with a touch
 ROUNDS = 3  # of weights from residuals, where several records have unknown errors
 SHIFT, OFFSET, GAIN = NUISANCES = ("shift", "offset", "gain")
-
-
-@dataclass(frozen=True)
-class Free:
-    """A parameter that is fitted, in SI: of the case ("clearance") or a number of the scene."""
-
-    name: str
-    low: float
-    high: float
-    units: str = "?"
-
-    @property
-    def positive(self) -> bool:
-        """True where it is searched for in its logarithm."""
-        return self.low > 0.0
-
-    @property
-    def size(self) -> float:
-        """Of a step of 1 in its coordinate where that is no logarithm."""
-        return self.high - self.low
-
-    def value(self, x: float) -> float:
-        """The parameter at its coordinate."""
-        return math.exp(x) if self.positive else x * self.size
-
-    def coordinate(self, value: float) -> float:
-        """Its logarithm, or the parameter over the width of its bounds."""
-        return math.log(value) if self.positive else value / self.size
 
 
 @dataclass(frozen=True)
@@ -106,31 +76,13 @@ class Curve:
         return f"{self.measured.path.name}, {self.measured.column}"
 
 
-class _Beside:
-    """A point and those beside it, as `Steps` needs them."""
-
-    def __init__(self, problem: "Problem", x: np.ndarray, changes: Mapping[str, object]):
-        self.problem, self.x, self.changes = problem, x, changes
-        self.prepared = problem.prepared
-
-    def scene_at(self, number: Free, offset: int) -> Scene:
-        """The scene with the coordinate of a parameter so many widths away."""
-        moved = self.x.copy()
-        moved[self.problem.free.index(number)] += offset * self.problem.width
-        return self.problem.scene_of(moved, self.changes)
-
-    def summed(self, run: Run, record: MemoryRecord) -> MemoryRecord:
-        """The run itself."""
-        return record
-
-
 class _Apart:
     """Runs of a point and of those beside it that make steps of their own, as `Steps` gives them.
 
     Contact starts with a touch, whose time moves with a parameter: no step can be given.
     """
 
-    def __init__(self, beside: _Beside, run: Run):
+    def __init__(self, beside: Beside, run: Run):
         self.beside, self.span = beside, run.span
         self.record = recorded(run)
 
@@ -149,7 +101,7 @@ class _Group:
     curves: tuple[int, ...]
 
 
-class Problem:
+class Problem(Varying):
     """Residuals of records and their slopes.
 
     scene: of the runs; free: its fitted parameters; curves: records; settle: turns [s where nothing
@@ -165,8 +117,8 @@ class Problem:
         curves: Sequence[Curve],
         settle: float | None = None,
     ):
-        self.scene, self.free, self.curves = scene, tuple(free), list(curves)
-        checks.distinct("fit: parameters", [p.name for p in self.free])
+        super().__init__(scene, free)
+        self.curves = list(curves)
         if not self.free or not self.curves:
             raise ValueError("fit needs at least one parameter and one record")
         self.turn = scene.turn
@@ -217,7 +169,7 @@ class Problem:
     @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Of the coordinates."""
-        ends = [(p.coordinate(p.low), p.coordinate(p.high)) for p in self.free]
+        ends = [*map(tuple, self.ends)]
         early = min(self.settle, 1.0) * self.turn if self.turn else self.settle
         late = self.turn or ROOM * max(c.measured.x[-1] for c in self.curves)
         limits = {SHIFT: (-early, late), OFFSET: (-math.inf, math.inf), GAIN: (0.1, 10.0)}
@@ -227,41 +179,14 @@ class Problem:
 
     @cached_property
     def middle(self) -> np.ndarray:
-        """The first start: the scene's numbers where they lie between the bounds, else the middle
-        of these.
-        """
-        count = len(self.free)
-        low, high = (b[:count] for b in self.bounds)
-        x = 0.5 * (low + high)
-        for k, parameter in enumerate(self.free):
-            value = varied(self.scene, parameter.name, 1.0).value
-            if parameter.low < value < parameter.high:
-                x[k] = parameter.coordinate(value)
-        return np.append(x, self._still())
+        """The first start."""
+        return np.append(self.inside, self._still())
 
     def _still(self) -> list[float]:
         """Nuisances that change nothing."""
         return [1.0 if n == GAIN else 0.0 for _, n in self.nuisances]
 
-    def values(self, x: np.ndarray) -> dict[str, float]:
-        """Parameters at coordinates, by name."""
-        return {p.name: p.value(float(v)) for p, v in zip(self.free, x, strict=False)}
-
-    def scene_of(self, x: np.ndarray, changes: Mapping[str, object] | None = None) -> Scene:
-        """The scene at coordinates, with the changes of a record."""
-        numbers = {**(changes or {}), **self.values(x)}
-        scene, case = self.scene, self.scene.case
-        of_case = {n: v for n, v in numbers.items() if "/" not in n}
-        if of_case and case is not None:
-            scene = case.scene(**self.scene.parameters | of_case)
-        others = {n: v for n, v in numbers.items() if n not in of_case}
-        return scene.replaced(others) if others else scene
-
     # --- runs
-    def prepared(self, scene: Scene, **options) -> Run:
-        """A run without an energy ledger."""
-        return prepare(scene, energy=False, **options)
-
     def run_of(self, x: np.ndarray, changes: Mapping[str, object]) -> Run:
         """The run of a point that has not begun."""
         scene = self.scene_of(x, changes)
@@ -291,9 +216,9 @@ class Problem:
     def _steps(self, x: np.ndarray, group: _Group) -> Steps | _Apart:
         run = self.run_of(x, group.changes)
         if self.touching:
-            return _Apart(_Beside(self, x, group.changes), run)
+            return _Apart(Beside(self, x, group.changes), run)
         method = "dop853" if run.method.text == "dop853" else "rodas5p"
-        return Steps(_Beside(self, x, group.changes), run, RTOL, method)
+        return Steps(Beside(self, x, group.changes), run, RTOL, method)
 
     # --- residuals
     def _at(self, x: np.ndarray) -> list[Steps]:
@@ -483,13 +408,10 @@ class Problem:
         yield self.middle
         if count < 2:
             return
-        p = len(self.free)
-        low, high = (b[:p] for b in self.bounds)
-        points = qmc.Sobol(p, seed=seed).random_base2(max(math.ceil(math.log2(LOOKED)), 1))
-        points = points[: max(LOOKED, count - 1)]
+        points = self.spread(max(LOOKED, count - 1), seed)
         looked = []
         for point in points:
-            x = np.append(low + point * (high - low), self._still())
+            x = np.append(point, self._still())
             cost = self._look(x)
             looked.append((cost, x))
         looked.sort(key=lambda pair: pair[0])

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from clearance.files.replacing import locked, replacing
-from clearance.files.texts import document_of, listed
+from clearance.files.texts import listed
+from clearance.identify.free import Bounds, add_to_journal, bounded, journaled
 from clearance.identify.measured import Measured, read
 from clearance.identify.scene_fit import (
     LAST,
@@ -19,14 +20,12 @@ from clearance.identify.scene_fit import (
     ROUNDS,
     SHIFT,
     Curve,
-    Free,
     Problem,
     Solved,
 )
 from clearance.identify.verdict import Interval, Verdict, verdict
 from clearance.results.accessors import accessor
 from clearance.results.result import Result
-from clearance.scene.parameter import varied
 from clearance.scene.scene import Scene
 from clearance.simulation import simulate
 from clearance.values import checks
@@ -37,7 +36,6 @@ STARTS = 5
 RUN, DOCUMENT, JOURNAL = "run.h5", "fit.json", "starts.json"
 AUTO = "auto"
 
-Bounds = Mapping[str, tuple[float | str, float | str] | str]
 Data = str | Path | Measured | tuple[str | Path | Measured, Mapping[str, object]]
 
 
@@ -200,11 +198,12 @@ def fitted(
     """The fit; ends of starts stand in a journal and taken from it."""
     key = _key(problem, seed)
     problem.check_horizon(problem.middle)
-    ends = _kept(journal, key)[:starts]
+    ends = [Solved(np.array(x), *rest) for x, *rest in journaled(journal, key)[:starts]]
     for i, x in enumerate(problem.starts(starts, seed)):
         if i >= len(ends):
             ends.append(problem.followed(x))
-            _keep(journal, key, ends)
+            rows = [[e.x.tolist(), e.cost, e.evaluations, e.converged] for e in ends]
+            add_to_journal(journal, key, rows)
         if progress is not None:
             progress((i + 1) / starts)
     best = min(ends, key=lambda e: e.cost)
@@ -229,39 +228,6 @@ def _key(problem: Problem, seed: int) -> str:
         record = hashlib.sha256(c.measured.x.tobytes() + c.measured.values.tobytes()).hexdigest()
         about.append([c.channel, c.sigma, list(c.nuisances), c.lowpass, str(c.changes), record])
     return hashlib.sha256(json.dumps(about).encode()).hexdigest()
-
-
-def _kept(journal: Path | None, key: str) -> list[Solved]:
-    """Ends of starts in the journal of a fit before."""
-    if journal is None or not journal.is_file():
-        return []
-    before = document_of(journal.read_text(encoding="utf-8"), journal)
-    if before.get("key") != key:
-        return []
-    return [Solved(np.array(x), *rest) for x, *rest in before["ends"]]
-
-
-def _keep(journal: Path | None, key: str, ends: Sequence[Solved]) -> None:
-    if journal is not None:
-        rows = [[e.x.tolist(), e.cost, e.evaluations, e.converged] for e in ends]
-        with replacing(journal) as temporary:
-            temporary.write_text(json.dumps({"key": key, "ends": rows}), encoding="utf-8")
-
-
-def bounded(scene: Scene, name: str, bounds) -> Free:
-    """A parameter that is fitted. Raises ValueError for bounds that do not rise."""
-    about = varied(scene, name, 1.0)
-    ends = bounds.split(":") if isinstance(bounds, str) else list(bounds)
-    if len(ends) != 2:
-        raise ValueError(f"fit: {name} needs two bounds, such as 0.1mm:1mm, got {bounds!r}")
-    try:
-        low, high = (quantity(e, about.units) if isinstance(e, str) else e for e in ends)
-    except ValueError as error:
-        raise ValueError(f"fit: bounds of {name}: {error}") from None
-    low, high = checks.finite(f"fit: low of {name}", low), checks.finite(f"high of {name}", high)
-    if low >= high:
-        raise ValueError(f"fit: bounds of {name} must rise, got {low:g} and {high:g}")
-    return Free(name, low, high, about.units)
 
 
 def _curves(scene: Scene, data, channels, noise, nuisances, lowpass) -> list[Curve]:

@@ -23,7 +23,8 @@ from scipy.special import chdtrc, fdtrc, ndtr, stdtrit
 
 from clearance.identify.doubts import WINDOW, correlation
 from clearance.identify.estimation import CONFIDENCE, spread
-from clearance.identify.scene_fit import Free, Problem, Solved
+from clearance.identify.free import Free
+from clearance.identify.scene_fit import Problem, Solved
 
 WIDE = 0.5  # half of an interval over its value, from which the profile is taken
 CORRELATED, TOGETHER = 0.95, 0.999

@@ -39,6 +39,8 @@ ONLY_IN = {
         "clearance.sweeping.scatter",
         "clearance.sweeping.dataset",
         "clearance.identify.estimation",
+        "clearance.identify.free",
+        "clearance.identify.optimum",
         "clearance.identify.scene_fit",
         "clearance.identify.verdict",
         "paper_figures.feeder_models",

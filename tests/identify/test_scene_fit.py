@@ -10,8 +10,9 @@ import pytest
 import clearance as cl
 from clearance.cli import main
 from clearance.identify.fit_plan import plan
+from clearance.identify.free import Free
 from clearance.identify.measured import Measured, read
-from clearance.identify.scene_fit import Curve, Free, Problem
+from clearance.identify.scene_fit import Curve, Problem
 from clearance.identify.scene_parameters import fit
 from clearance.identify.verdict import dependence, runs_test, verdict
 

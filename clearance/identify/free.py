@@ -1,0 +1,167 @@
+"""Parameters of a scene that are free between bounds: coordinates, scenes, starts, their journal.
+
+Positive parameters have their logarithm as coordinate, others the value over the width of the
+bounds.
+"""
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from clearance.accuracy.by_differences import WIDTH
+from clearance.files.replacing import replacing
+from clearance.files.texts import document_of
+from clearance.results.memory import MemoryRecord
+from clearance.run.run import Run
+from clearance.scene.parameter import varied
+from clearance.scene.scene import Scene
+from clearance.simulation import prepare
+from clearance.values import checks
+from clearance.values.units import quantity
+
+#: two bounds in SI or with units, or "LOW:HIGH"
+Bounds = Mapping[str, tuple[float | str, float | str] | str]
+
+
+@dataclass(frozen=True)
+class Free:
+    """A free parameter, in SI: of the case ("clearance") or a number of the scene."""
+
+    name: str
+    low: float
+    high: float
+    units: str = "?"
+
+    @property
+    def positive(self) -> bool:
+        """True where it is searched for in its logarithm."""
+        return self.low > 0.0
+
+    @property
+    def size(self) -> float:
+        """Of a step of 1 in its coordinate where that is no logarithm."""
+        return self.high - self.low
+
+    def value(self, x: float) -> float:
+        """The parameter at its coordinate."""
+        return math.exp(x) if self.positive else x * self.size
+
+    def coordinate(self, value: float) -> float:
+        """Its logarithm, or the parameter over the width of its bounds."""
+        return math.log(value) if self.positive else value / self.size
+
+
+def bounded(scene: Scene, name: str, bounds) -> Free:
+    """A free parameter. Raises ValueError for bounds that do not rise."""
+    about = varied(scene, name, 1.0)
+    ends = bounds.split(":") if isinstance(bounds, str) else list(bounds)
+    if len(ends) != 2:
+        raise ValueError(f"{name} needs two bounds, such as 0.1mm:1mm, got {bounds!r}")
+    try:
+        low, high = (quantity(e, about.units) if isinstance(e, str) else e for e in ends)
+    except ValueError as error:
+        raise ValueError(f"bounds of {name}: {error}") from None
+    low, high = checks.finite(f"low of {name}", low), checks.finite(f"high of {name}", high)
+    if low >= high:
+        raise ValueError(f"bounds of {name} must rise, got {low:g} and {high:g}")
+    return Free(name, low, high, about.units)
+
+
+class Varying:
+    """A scene with free parameters; the first coordinates are theirs.
+
+    Raises ValueError for a name that stands twice.
+    """
+
+    @property
+    def width(self) -> float:
+        """Of differences of a coordinate."""
+        return WIDTH
+
+    def __init__(self, scene: Scene, free: Sequence[Free]):
+        self.scene, self.free = scene, tuple(free)
+        checks.distinct("parameters", [p.name for p in self.free])
+
+    @cached_property
+    def ends(self) -> np.ndarray:
+        """Bounds of the coordinates of the parameters, (parameters, 2)."""
+        return np.array([(p.coordinate(p.low), p.coordinate(p.high)) for p in self.free])
+
+    @property
+    def inside(self) -> np.ndarray:
+        """The scene's numbers where they lie between the bounds, else the middle of these."""
+        x = self.ends.mean(axis=1)
+        for k, parameter in enumerate(self.free):
+            value = varied(self.scene, parameter.name, 1.0).value
+            if parameter.low < value < parameter.high:
+                x[k] = parameter.coordinate(value)
+        return x
+
+    def spread(self, count: int, seed: int) -> np.ndarray:
+        """Sobol' points between the bounds, (count, parameters)."""
+        shares = qmc.Sobol(len(self.free), seed=seed).random_base2(math.ceil(math.log2(count)))
+        low, high = self.ends.T
+        return low + shares[:count] * (high - low)
+
+    def values(self, x: np.ndarray) -> dict[str, float]:
+        """Parameters at coordinates, by name."""
+        return {p.name: p.value(float(v)) for p, v in zip(self.free, x, strict=False)}
+
+    def scene_of(self, x: np.ndarray, changes: Mapping[str, object] | None = None) -> Scene:
+        """The scene at coordinates, with further parameters."""
+        numbers = {**(changes or {}), **self.values(x)}
+        scene, case = self.scene, self.scene.case
+        of_case = {n: v for n, v in numbers.items() if "/" not in n}
+        if of_case and case is not None:
+            scene = case.scene(**self.scene.parameters | of_case)
+        others = {n: v for n, v in numbers.items() if n not in of_case}
+        return scene.replaced(others) if others else scene
+
+    def prepared(self, scene: Scene, **options) -> Run:
+        """A run without an energy ledger."""
+        return prepare(scene, energy=False, **options)
+
+
+class Beside:
+    """A point and those beside it, as `Steps` needs them.
+
+    summed: what is taken of a run and its record, default the record.
+    """
+
+    def __init__(
+        self,
+        problem: Varying,
+        x: np.ndarray,
+        changes: Mapping[str, object],
+        summed: Callable[[Run, MemoryRecord], Any] = lambda _, record: record,
+    ):
+        self.problem, self.x, self.changes, self.summed = problem, x, changes, summed
+        self.prepared = problem.prepared
+
+    def scene_at(self, number: Free, offset: int) -> Scene:
+        """The scene with the coordinate of a parameter so many widths away."""
+        moved = self.x.copy()
+        moved[self.problem.free.index(number)] += offset * self.problem.width
+        return self.problem.scene_of(moved, self.changes)
+
+
+def journaled(journal: Path | None, key: str) -> list[list]:
+    """Rows of the journal of a search before; none where it has another key."""
+    if journal is None or not journal.is_file():
+        return []
+    before = document_of(journal.read_text(encoding="utf-8"), journal)
+    return before["ends"] if before.get("key") == key else []
+
+
+def add_to_journal(journal: Path | None, key: str, rows: Sequence[Sequence]) -> None:
+    """Write the ends of starts."""
+    if journal is not None:
+        with replacing(journal) as temporary:
+            temporary.write_text(json.dumps({"key": key, "ends": rows}), encoding="utf-8")
