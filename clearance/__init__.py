@@ -75,6 +75,7 @@ if TYPE_CHECKING:  # for editors: names of laws and elements, modules, and what 
 
     from clearance.motions.steady import steady as steady
     from clearance.postprocess.measured import compare as compare
+    from clearance.identify.designs import optimize as optimize
     from clearance.identify.scene_parameters import fit as fit
     from clearance.postprocess.report import report as report
     from clearance.postprocess.view import view as view
@@ -163,6 +164,7 @@ _LAZY = {
     "again": "clearance.run.again",
     "compare": "clearance.postprocess.measured",
     "fit": "clearance.identify.scene_parameters",
+    "optimize": "clearance.identify.designs",
 }
 
 #: names that only authors of cases need: not among those to choose from
@@ -181,6 +183,7 @@ ACCESSORS |= {
     "report": "clearance.postprocess.report:report",
     "view": "clearance.postprocess.view:view",
     "plot_fit": "clearance.postprocess.scene_fits:picture",
+    "plot_optimum": "clearance.postprocess.optima:picture",
     "report_fit": "clearance.postprocess.scene_fits:report",
 }
 

@@ -15,6 +15,7 @@ COMMANDS = {
     "view": "a page that moves, of runs or of a sweep, in one HTML file",
     "inverse": "driving efforts and joint reactions of a prescribed motion, with friction",
     "fit": "parameters of a mechanism from its records, with intervals; or what records would tell",
+    "optimize": "dimensions from limits: the best design, what limits cost, the map around it",
     "identify": "parameters of a joint's model from measurements",
     "bench-data": "synthetic test-bench data of a joint's friction, for identify",
     "film": "oil films: pressure fields, force maps, snapshots, mesh and error studies",

@@ -13,6 +13,7 @@ from clearance.commands.common import (
     number,
     seed_of,
 )
+from clearance.commands.free import bounded_scene, check_bounds
 
 EXAMPLES = """\
 -p NAME=LOW:HIGH is fitted between these bounds, -p NAME=VALUE holds. A name is that of a parameter
@@ -87,15 +88,14 @@ def run(options) -> int:
     """Fit, print the verdict, and keep it in the folder."""
     from clearance.identify.scene_parameters import fit
 
-    scene, bounds = _scene(options)
+    scene, bounds = bounded_scene(options)
     if not options.channels:
         raise ValueError("fit: --channels names what was measured, such as bodies/slider/ax")
     if options.plan:
         return _plan(options, scene, bounds)
     if not options.data:
         raise ValueError("fit: --data names a record; --plan needs none")
-    if missing := [n for n, b in bounds.items() if b is None]:
-        raise ValueError(f"-p {missing[0]}: expected {missing[0]}=LOW:HIGH or a value")
+    check_bounds(bounds)
     shown = None if options.json or getattr(options, "quiet", False) else ProgressBar()
     try:
         result = fit(
@@ -141,49 +141,6 @@ def lines(result, document: dict) -> list[str]:
     text += [f"  {name}: probability {p:.3g}" for name, p in judged.tests.items()]
     text += [f"  look: {doubt}" for doubt in judged.doubts]
     return text + [f"  {path}" for path in document.get("files", ())]
-
-
-def _scene(options) -> tuple:
-    """The scene with the parameters that hold; bounds by name, None where a value is missing."""
-    from clearance.scene.catalogue import find_case
-    from clearance.scene.parameter import varied
-    from clearance.values.units import quantity
-
-    case, values, numbers, bounds = find_case(options.case), {}, {}, {}
-    for item in options.parameters:
-        name, equals, text = item.partition("=")
-        if name in {*values, *numbers, *bounds}:
-            raise ValueError(f"-p {item}: {name} is given twice")
-        if not equals or _is_range(text):
-            bounds[name] = text if equals else None
-        elif "/" in name:
-            numbers[name] = text
-        elif name in case.parameters:
-            values[name] = case.parameters[name].value(text)
-        else:
-            from clearance.values.checks import meant
-
-            hint = meant(name, case.parameters)
-            raise ValueError(f"the case has no parameter {name!r}{hint}")
-    scene = case.scene(**values)
-    if numbers:
-        units = {n: varied(scene, n, 1.0).units for n in numbers}
-        scene = scene.replaced({n: quantity(t, units[n]) for n, t in numbers.items()})
-    scene.origin["command"] = getattr(options, "line", "")
-    return scene, bounds
-
-
-def _is_range(text: str) -> bool:
-    """True for LOW:HIGH."""
-    from clearance.values.units import quantity
-
-    ends = text.split(":")
-    if len(ends) != 2:
-        return False
-    try:
-        return all(quantity(end) is not None for end in ends)
-    except ValueError:
-        return False
 
 
 def _data(text: str, scene) -> tuple[str, dict]:

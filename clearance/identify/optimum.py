@@ -26,7 +26,7 @@ import numpy as np
 from scipy.optimize import Bounds, NonlinearConstraint, minimize, nnls
 
 from clearance.accuracy.by_differences import (
-    RTOL,
+    LOOSER,
     WIDTH,
     Impossible,
     Steps,
@@ -47,13 +47,15 @@ from clearance.values.spelling import alike
 
 LOSS = "loss_mean"
 DISSIPATED = ("dissipated_per_turn", "dissipated_power")
-FINISH = 1e-13  # change of the scaled goal at which a search ends
+FINISH, LAST = 1e-8, 1e-15  # changes of the scaled goal at which a search, and the best, ends
 STILL = 1e-4  # rest of the slopes over them, up to which a point is a least value
 KEPT = 1e-7  # of its size, by which a limit may be missed
 EDGE = 1e-5  # of the width of the bounds: at its bound; of a limit: active
-MOST, MOST_WITHOUT = 60, 40  # iterations; evaluations a parameter of the search without slopes
+MOST, MOST_LAST = 60, 12  # iterations of a search, and of the best one
+MOST_WITHOUT = 40  # evaluations a parameter of the search without slopes
 RADIUS = (0.05, 1e-6)  # of that search, first and last, over the width of the bounds
 FAILED = 10.0  # scaled goal, and shortfall of limits, of a point without a run
+SHARED = ("start", "max_step")  # options of the runs beside a point too
 HELD = 64  # points in memory
 _LIMIT = re.compile(r"\s*([^<>=\s]+)\s*([<>])=?\s*(\S.*?)\s*$")
 
@@ -154,7 +156,7 @@ class Point:
             metrics = design.summed(self.run, recorded(self.run))
         else:
             method = "dop853" if self.run.method.text == "dop853" else "rodas5p"
-            self.steps = Steps(around, self.run, RTOL, method)
+            self.steps = Steps(around, self.run, LOOSER, method)
             metrics = design.summed(self.run, self.steps.record)
         self.metrics = with_losses(metrics, self.scene)
         self.values = {n: m.value for n, m in self.metrics.items()}
@@ -258,7 +260,8 @@ class Design(Varying):
 
     def prepared(self, scene: Scene, **options) -> Run:
         """A run, with the ledger that losses come from."""
-        return prepare(scene, **options)
+        shared = {n: self.options[n] for n in SHARED if n in self.options}
+        return prepare(scene, **shared | options)
 
     def run_of(self, scene: Scene) -> Run:
         """The run of a scene that has not begun."""
@@ -281,13 +284,15 @@ class Design(Varying):
         return self._points[key]
 
     # --- the search
-    def solved(self, x: np.ndarray, goal: Goal, limits: Sequence[Limit]) -> Solved:
+    def solved(
+        self, x: np.ndarray, goal: Goal, limits: Sequence[Limit], finish: float = FINISH
+    ) -> Solved:
         """The best design from a start."""
         problem = _Scaled(self, goal, tuple(limits), self.point(x))
         best = self.judged(np.asarray(x, float), goal, limits)
         if not self.without:
             best = min(
-                (best, self.judged(problem.by_slopes(x), goal, limits)),
+                (best, self.judged(problem.by_slopes(x, finish), goal, limits)),
                 key=lambda s: s.merit(goal.sign),
             )
         if not best.smooth:
@@ -393,7 +398,7 @@ class _Scaled:
         except Impossible:
             return None
 
-    def by_slopes(self, x: np.ndarray) -> np.ndarray:
+    def by_slopes(self, x: np.ndarray, finish: float) -> np.ndarray:
         """The end of sequential quadratic programming."""
         rooms = {"type": "ineq", "fun": self.rooms, "jac": self.room_slopes}
         solution = minimize(
@@ -403,7 +408,7 @@ class _Scaled:
             bounds=self.design.ends,
             method="SLSQP",
             constraints=[rooms] if self.limits else [],
-            options={"ftol": FINISH, "maxiter": MOST},
+            options={"ftol": finish, "maxiter": MOST if finish == FINISH else MOST_LAST},
         )
         return solution.x
 

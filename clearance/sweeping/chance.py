@@ -50,7 +50,7 @@ def scatter(
     """
     laws = {n: law if isinstance(law, Distribution) else _law(n, law) for n, law in spread.items()}
     chosen, n = design(laws, points, seed)
-    beyond = _limits(limits, _units(case, laws, **options)) if limits else {}
+    beyond = limits_of(limits, _units(case, laws, **options)) if limits else {}
     swept = sweep(case, chosen, folder, channels=list(channels), **options)
     result = Scatter(swept, laws, n, beyond)
     write(result, Path(folder))
@@ -77,7 +77,7 @@ def _units(
     return {} if failure else {n: m.units for n, m in keeper.found.items()}
 
 
-def _limits(limits: Mapping[str, float | str], metrics: Mapping[str, str]) -> dict[str, float]:
+def limits_of(limits: Mapping[str, float | str], metrics: Mapping[str, str]) -> dict[str, float]:
     """Limits in SI.
 
     metrics: units by metric; empty where they are not known. Raises ValueError for a metric that a

@@ -253,6 +253,7 @@ READERS = {
     "clearance.identify.records",
     "clearance.identify.fit",
     "clearance.identify.measured",
+    "clearance.identify.designs",
     "clearance.identify.scene_parameters",
     "clearance.film.bearing",
     "clearance.elements.clearance_prismatic",

@@ -1,0 +1,50 @@
+"""Free parameters of a command line: -p NAME=LOW:HIGH beside -p NAME=VALUE."""
+
+
+def bounded_scene(options) -> tuple:
+    """The scene with the parameters that hold; bounds by name, None where a value is missing."""
+    from clearance.scene.catalogue import find_case
+    from clearance.scene.parameter import varied
+    from clearance.values.units import quantity
+
+    case, values, numbers, bounds = find_case(options.case), {}, {}, {}
+    for item in options.parameters:
+        name, equals, text = item.partition("=")
+        if name in {*values, *numbers, *bounds}:
+            raise ValueError(f"-p {item}: {name} is given twice")
+        if not equals or is_range(text):
+            bounds[name] = text if equals else None
+        elif "/" in name:
+            numbers[name] = text
+        elif name in case.parameters:
+            values[name] = case.parameters[name].value(text)
+        else:
+            from clearance.values.checks import meant
+
+            hint = meant(name, case.parameters)
+            raise ValueError(f"the case has no parameter {name!r}{hint}")
+    scene = case.scene(**values)
+    if numbers:
+        units = {n: varied(scene, n, 1.0).units for n in numbers}
+        scene = scene.replaced({n: quantity(t, units[n]) for n, t in numbers.items()})
+    scene.origin["command"] = getattr(options, "line", "")
+    return scene, bounds
+
+
+def is_range(text: str) -> bool:
+    """True for LOW:HIGH."""
+    from clearance.values.units import quantity
+
+    ends = text.split(":")
+    if len(ends) != 2:
+        return False
+    try:
+        return all(quantity(end) is not None for end in ends)
+    except ValueError:
+        return False
+
+
+def check_bounds(bounds: dict) -> None:
+    """Raise ValueError for a parameter without bounds."""
+    if missing := [n for n, b in bounds.items() if b is None]:
+        raise ValueError(f"-p {missing[0]}: expected {missing[0]}=LOW:HIGH or a value")

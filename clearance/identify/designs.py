@@ -1,0 +1,522 @@
+"""`cl.optimize`: dimensions from requirements, with prices of the limits, a check, a map, a folder.
+
+The margin of a limit is the stated error of its metric, of the integration, and for a share of
+machines the quantile of that share times the deviation of the metric over the tolerances,
+linearised. Both are those of the optimum, which is sought again until they stay. Two goals: the
+front of designs where neither gets better without the other, by limits of the second one at equal
+distances.
+
+Source: Miettinen, Nonlinear Multiobjective Optimization (1999), section 3.2.
+"""
+
+import hashlib
+import json
+import math
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from statistics import NormalDist
+
+import numpy as np
+
+from clearance.accuracy.by_differences import Impossible
+from clearance.files.replacing import locked, replacing
+from clearance.identify.free import Bounds, add_to_journal, bounded, journaled
+from clearance.identify.optimum import (
+    KEPT,
+    LAST,
+    LOSS,
+    Design,
+    Goal,
+    Limit,
+    Point,
+    Solved,
+    parts_of_limit,
+    with_losses,
+    with_margins,
+)
+from clearance.metrics.metrics import Metric
+from clearance.results.accessors import accessor
+from clearance.results.result import Result
+from clearance.scene.catalogue import AnyCase, load_case
+from clearance.scene.parameter import varied
+from clearance.scene.scene import Scene
+from clearance.simulation import simulate
+from clearance.sweeping.chance import limits_of, scatter
+from clearance.sweeping.index import Sweep
+from clearance.sweeping.points import grid
+from clearance.sweeping.scatter import Distribution, Estimate, probability
+from clearance.sweeping.sweep import sweep
+from clearance.values import checks
+from clearance.values.units import quantity, written
+from clearance.version import VERSION
+
+STARTS, LOOKED = 4, 16  # starts; points that the best of them are taken from
+FRONT = 20  # designs of a front
+ROUNDS = 6  # of margins, at most
+STAYS = 1e-4  # of a limit, by which its margin may still change
+APART = 1e-2  # of the width of the bounds, between distinct optima
+ALONG = 11  # values of a parameter on the map
+CHECKED = 1024  # runs of the check, at most
+DOCUMENT, JOURNAL, RUN = "optimum.json", "starts.json", "run.h5"
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """The best design and what it depends on.
+
+    goals: what was sought, one or two; limits: with their margins at the optimum; best, ends: of
+    the search, and of all its starts; errors: stated of the metrics of limits, by text of the
+    limit; front: designs between two goals; check: share of machines that keep each limit, by a
+    scatter; doubts: words on what is not exact.
+    """
+
+    design: Design
+    goals: tuple[Goal, ...]
+    limits: tuple[Limit, ...]
+    best: Solved
+    ends: tuple[Solved, ...]
+    errors: Mapping[str, float]
+    front: tuple[Solved, ...]
+    check: Mapping[str, Estimate]
+    doubts: tuple[str, ...]
+
+    @cached_property
+    def point(self) -> Point:
+        """The optimum."""
+        return self.design.point(self.best.x)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameters of the optimum by name, in SI."""
+        return self.design.values(self.best.x)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene with these."""
+        return self.design.scene_of(self.best.x)
+
+    @property
+    def metrics(self) -> dict[str, float]:
+        """Goals and metrics of limits at the optimum."""
+        return {n: self.point.values[n] for n in self.design.wanted}
+
+    @cached_property
+    def prices(self) -> dict[str, float]:
+        """Units of the goal that a unit of each active limit costs, and a step in the coordinate of
+        each parameter beyond its bound would gain; empty without slopes.
+        """
+        if self.design.without:
+            return {}
+        try:
+            return self.design.prices(self.point, self.goals[0], self.limits)[0]
+        except Impossible:
+            return {}
+
+    @property
+    def others(self) -> list[Solved]:
+        """Other optima that starts ended in."""
+        width, kept = np.ptp(self.design.ends, axis=1), [self.best]
+        for end in sorted(self.ends, key=lambda e: e.merit(self.goals[0].sign)):
+            if end.shortfall <= KEPT and end.smooth:
+                steps = [np.abs(end.x - k.x) / width for k in kept]
+                if min(float(s.max()) for s in steps) > APART:
+                    kept.append(end)
+        return kept[1:]
+
+    @cached_property
+    def words(self) -> list[str]:
+        """What limits and bounds cost, a sentence each."""
+        known, goal = self.design.known, self.goals[0]
+        units = _unit(known[goal.name].units)
+        lines = []
+        for limit in self.design.active(self.point, self.limits):
+            step = 10.0 ** math.floor(math.log10(limit.size / 10.0))
+            of = _amount(step, known[limit.name].units)
+            way = "more" if limit.sign > 0 else "less"
+            price = self.prices.get(limit.text)
+            cost = "" if price is None else f": {of} {way} costs {price * step:.3g}{units}"
+            lines.append(f"{limit.text} is active{cost}")
+        for k, way in self.design.at_bounds(self.point).items():
+            free, end = self.design.free[k], "upper" if way > 0 else "lower"
+            step = 0.01 if free.positive else 0.01 * abs(free.value(1.0)) / free.size
+            price, further = self.prices.get(free.name), "more" if way > 0 else "less"
+            gain = "" if not price else f": 1 % {further} gains {price * step:.3g}{units}"
+            lines.append(f"{free.name} is at its {end} bound{gain}")
+        return lines
+
+    def document(self) -> dict:
+        """All of it as plain data."""
+        known = self.design.known
+        return {
+            "goals": [g.text for g in self.goals],
+            "parameters": {
+                p.name: {
+                    "value": self.values[p.name],
+                    "low": p.low,
+                    "high": p.high,
+                    "units": p.units,
+                }
+                for p in self.design.free
+            },
+            "metrics": {n: {"value": v, "units": known[n].units} for n, v in self.metrics.items()},
+            "limits": [self._of(i) for i in self.limits],
+            "words": self.words,
+            "optima": [self._row(e) for e in (self.best, *self.others)],
+            "front": [self._row(e) for e in self.front],
+            "tolerances": dict(self.design.tolerances),
+            "starts": [self._row(e) for e in self.ends],
+            "evaluations": self.design.evaluations,
+            "doubts": list(self.doubts),
+            "version": VERSION,
+        }
+
+    def _of(self, limit: Limit) -> dict:
+        """A limit as plain data."""
+        active = limit in self.design.active(self.point, self.limits)
+        row = {
+            "limit": limit.text,
+            "value": self.point.values[limit.name],
+            "margin": limit.margin,
+            "error": self.errors.get(limit.text),
+            "active": active,
+            "price": self.prices.get(limit.text, 0.0 if self.prices else None),
+        }
+        if limit.text in self.check:
+            row["kept"] = vars(self.check[limit.text])
+        return row
+
+    def _row(self, end: Solved) -> dict:
+        point = self.design.point(end.x)
+        metrics = {n: point.values.get(n, math.nan) for n in self.design.wanted}
+        return {"parameters": self.design.values(end.x), "metrics": metrics, "smooth": end.smooth}
+
+    def mapped(self, folder: str | Path, along: int = ALONG, workers: int | None = None) -> Sweep:
+        """A sweep of the first two parameters between their bounds, the others at the optimum.
+
+        Raises ValueError for one of the case beside a number of the scene.
+        """
+        chosen = self.design.free[:2]
+        places = {
+            p.name: [p.value(float(x)) for x in np.linspace(*self.design.ends[k], along)]
+            for k, p in enumerate(chosen)
+        }
+        case = case_of(self.scene, places)
+        options, settle = self.design.options, self.design.settle
+        points = grid(**places)
+        return sweep(case, points, folder, channels=[], settle=settle, workers=workers, **options)
+
+    def plot(self, output: str | Path | None = None, swept: Sweep | None = None):
+        """Picture: the map around the optimum with its limits, and the front of two goals."""
+        return accessor("plot_optimum")(self, output, swept)
+
+    def simulated(self, path: str | Path | None = None) -> Result:
+        """The run of the optimum."""
+        return simulate(self.scene, path=path, settle=self.design.settle, **self.design.options)
+
+    def save(self, folder: str | Path) -> Path:
+        """Write `optimum.json` and the run of the optimum, `run.h5`, into a folder."""
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        with replacing(folder / DOCUMENT) as temporary:
+            temporary.write_text(json.dumps(self.document(), indent=1) + "\n", encoding="utf-8")
+        self.simulated(folder / RUN).close()
+        return folder
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{n}={v:.4g}" for n, v in self.values.items())
+        return f"<{self.goals[0].text} of {self.design.scene.name}: {values}>"
+
+
+def _unit(units: str) -> str:
+    return "" if units in ("1", "-", "?") else f" {units}"
+
+
+def _amount(value: float, units: str) -> str:
+    """A number with its unit, lengths in micrometres."""
+    return written(value, "um") if units == "m" else f"{value:g}{_unit(units)}"
+
+
+def case_of(scene: Scene, names: Iterable[str]) -> Scene:
+    """A scene whose sweeps have these parameters. Raises ValueError for some of the case beside
+    numbers of the scene.
+    """
+    numbers = ["/" in n for n in names]
+    if scene.case is None or not any(numbers):
+        return scene
+    if not all(numbers):
+        raise ValueError("a sweep has parameters of the case or numbers of the scene, not both")
+    return Scene.from_json(scene.to_json())
+
+
+def metric_of(swept: Sweep, name: str, design: Design) -> np.ndarray:
+    """A metric over the points of a sweep, also a mean loss."""
+    if name in swept.metrics:
+        return np.asarray(swept.metrics[name], float)
+    values = np.full(len(swept), math.nan)
+    for i in np.flatnonzero(swept.done):
+        scene = load_case(design.scene, **swept.definition.points[i])
+        row = {n: Metric(float(v[i]), "J", "") for n, v in swept.metrics.items()}
+        values[i] = with_losses(row, scene)[name].value
+    return values
+
+
+def optimize(
+    scene: AnyCase,
+    parameters: Bounds,
+    *,
+    minimize: str | Sequence[str] = (),
+    maximize: str | Sequence[str] = (),
+    limits: str | Sequence[str] = (),
+    turns: float | None = None,
+    until: float | None = None,
+    settle: float | None = None,
+    samples_per_turn: int | None = None,
+    start: str | Path | None = None,
+    tolerance: Mapping[str, float | str] | None = None,
+    share: float | str = 0.99,
+    starts: int = STARTS,
+    seed: int = 0,
+    designs: int = FRONT,
+    folder: str | Path | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Optimum:
+    """Parameters of a scene that give the least or largest value of a metric under limits.
+
+    parameters: bounds by name, (low, high) in SI or "20um:100um": of the case ("clearance") or
+        numbers of the scene ("bodies/slider/mass"). minimize, maximize: one metric, or two in all
+        for a front of so many `designs`; names are those of the metrics of `clearance run --json`,
+        also as paths ("joints/B/gap_min"), and mean losses (identify/optimum.py). limits:
+        "joints/B/film_thickness_ratio_min > 3", "drive_crank_torque_max < 2Nm".
+    turns (2), until, samples_per_turn, start: of the runs, as of `simulate`; settle: turns left
+        out of the metrics. tolerance: standard deviations of parameters, by which limits are
+        kept for a share of machines.
+    starts: of the search; seed: of these. folder: of the result; an interrupted search goes on
+        there. progress: called with the share that is done.
+    Raises ValueError for names and bounds that do not fit the scene, and where no design keeps the
+    limits, with the one that is missed most.
+    """
+    scene = load_case(scene)
+    goals = [Goal.of(g) for g in _listed(minimize)]
+    goals += [Goal(g.name, -g.sign) for g in map(Goal.of, _listed(maximize))]
+    if len(goals) not in (1, 2):
+        raise ValueError(f"optimize needs one or two goals, got {len(goals)}")
+    for name, value, least in (("starts", starts, 1), ("designs", designs, 3)):
+        if not (isinstance(value, int) and value >= least):
+            raise ValueError(f"optimize: {name} must be a whole number from {least}, got {value!r}")
+    share = checks.inner_fraction("share", checks.share("share", share))
+    free = [bounded(scene, name, ends) for name, ends in dict(parameters).items()]
+    options = {"turns": turns, "until": until, "start": start, "samples_per_turn": samples_per_turn}
+    if turns is None and until is None:
+        until = scene.case.until if scene.case else 2.0
+        options |= {"turns": 2.0} if scene.turn else {"until": until}
+    options = {n: v for n, v in options.items() if v is not None}
+    design = Design(scene, free, options, settle, _tolerances(scene, tolerance or {}))
+    goals = [Goal(design.name_of(g.name), g.sign) for g in goals]
+    search = _Search(design, tuple(goals), _limits(design, _listed(limits)), share, starts, seed)
+    search.designs, search.progress = designs, progress
+    if folder is None:
+        with tempfile.TemporaryDirectory() as aside:
+            return search.result(None, Path(aside) / "check")
+    path = Path(folder)
+    path.mkdir(parents=True, exist_ok=True)
+    with locked(path, "optimize"):
+        result = search.result(path / JOURNAL, path / "check")
+        result.save(path)
+    return result
+
+
+def _listed(texts: str | Sequence[str]) -> list[str]:
+    return [texts] if isinstance(texts, str) else list(texts)
+
+
+def _tolerances(scene: Scene, tolerance: Mapping[str, float | str]) -> dict[str, float]:
+    """Standard deviations in SI. Raises ValueError."""
+    sizes = {}
+    for name, size in tolerance.items():
+        units = varied(scene, name, 1.0).units
+        try:
+            number = quantity(size, units) if isinstance(size, str) else size
+        except ValueError as error:
+            raise ValueError(f"tolerance of {name}: {error}") from None
+        sizes[name] = checks.positive(f"tolerance of {name}", number)
+    case_of(scene, sizes)
+    return sizes
+
+
+def _limits(design: Design, texts: Sequence[str]) -> list[Limit]:
+    """Limits from their words. Raises ValueError."""
+    units = {n: m.units for n, m in design.known.items()}
+    limits = []
+    for text in texts:
+        name, sign, value = parts_of_limit(text)
+        ((column, number),) = limits_of({design.name_of(name): value}, units).items()
+        limits.append(Limit(column, sign, number))
+    return limits
+
+
+class _Search:
+    """The search: starts, margins, front, check; its ends stand in a journal."""
+
+    def __init__(self, design: Design, goals, limits, share: float, starts: int, seed: int):
+        self.design, self.goals, self.limits = design, goals, limits
+        self.share, self.starts, self.seed = share, starts, seed
+        self.designs, self.progress = FRONT, None
+        self.errors: dict[str, float] = {}
+        self.doubts: list[str] = []
+
+    def result(self, journal: Path | None, aside: Path) -> Optimum:
+        """All of it. journal: of this search; aside: folder of the check."""
+        design, (goal, *_) = self.design, self.goals
+        design.want([g.name for g in self.goals] + [i.name for i in self.limits])
+        self.journal, self.key = journal, self._key()
+        self.rows = [Solved(np.array(x), *rest) for x, *rest in journaled(journal, self.key)]
+        self.done = 0
+        ends = self._ends(goal)
+        best, limits = self._with_margins(ends[0].x, goal)
+        front = self._front(best, limits) if len(self.goals) == 2 else ()
+        if design.without:
+            self.doubts.append(f"searched without slopes: {design.without}")
+        elif not best.smooth:
+            self.doubts.append("slopes do not show a least value there: a kink, or more iterations")
+        check = self._check(best, limits, aside) if design.tolerances and limits else {}
+        return Optimum(
+            design, self.goals, tuple(limits), best, tuple(ends), self.errors, tuple(front), check,
+            tuple(dict.fromkeys(self.doubts)),
+        )  # fmt: skip
+
+    def _ends(self, goal: Goal) -> list[Solved]:
+        """Ends of the starts, the best first. Raises ValueError where none keeps the limits."""
+        design, limits = self.design, self.limits
+        starts = design.starts(self.starts, self.seed, goal, limits, LOOKED)
+        ends = [self._kept(lambda x=x: design.solved(x, goal, limits)) for x in starts]
+        ends.sort(key=lambda e: e.merit(goal.sign))
+        self._feasible(ends[0], limits)
+        return ends
+
+    def _feasible(self, end: Solved, limits: Sequence[Limit]) -> None:
+        if end.shortfall <= KEPT:
+            return
+        point = self.design.point(end.x)
+        if point.reason:
+            raise ValueError(f"optimize: no design has a run: {point.reason}")
+        worst = min(limits, key=lambda i: i.room(point.values[i.name]) / i.size)
+        margin = f" with a margin of {worst.margin:.3g}" if worst.margin else ""
+        values = ", ".join(f"{n} = {v:.4g}" for n, v in self.design.values(end.x).items())
+        raise ValueError(
+            f"optimize: no design between the bounds keeps {worst.text}{margin}: the nearest has "
+            f"{point.values[worst.name]:.4g}, at {values}"
+        )
+
+    def _kept(self, make: Callable[[], Solved]) -> Solved:
+        """The next end of the search, from the journal where it is there."""
+        if self.done == len(self.rows):
+            self.rows.append(make())
+            rows = [[e.x.tolist(), e.goal, e.shortfall, e.smooth] for e in self.rows]
+            add_to_journal(self.journal, self.key, rows)
+        self.done += 1
+        if self.progress is not None:
+            total = self.starts + (self.designs if len(self.goals) == 2 else 0)
+            self.progress(min(self.done / total, 1.0))
+        return self.rows[self.done - 1]
+
+    def _with_margins(
+        self, x: np.ndarray, goal: Goal, limits: Sequence[Limit] | None = None
+    ) -> tuple[Solved, list[Limit]]:
+        """The best design near one whose limits have the margins of its own."""
+        design = self.design
+        limits = list(self.limits if limits is None else limits)
+        best = design.judged(x, goal, limits)
+        if not limits:
+            return design.solved(x, goal, limits, LAST), limits
+        for _ in range(ROUNDS):
+            margins = self._margins(design.point(best.x), limits)
+            changed = any(abs(margins[i.text] - i.margin) > STAYS * i.size for i in limits)
+            if not changed and all(i.margin >= self.errors.get(i.text, 0.0) for i in limits):
+                break
+            limits = with_margins(limits, margins)
+            best = design.solved(best.x, goal, limits, LAST)
+            self._feasible(best, limits)
+        return best, limits
+
+    def _margins(self, point: Point, limits: Sequence[Limit]) -> dict[str, float]:
+        """Stated errors, and quantiles of the tolerances, by text of the limit."""
+        design, spread = self.design, 0.0
+        errors = simulate(point.scene, settle=design.settle, **design.options).errors
+        if not errors:
+            self.doubts.append(f"no stated errors: {errors.reason}")
+        margins = {}
+        for limit in limits:
+            stated = _stated(errors, limit.name, point.values[limit.name])
+            if stated is None and errors:
+                self.doubts.append(f"{limit.name} has no stated error")
+            self.errors[limit.text] = stated or 0.0
+            if design.tolerances and not design.without:
+                quantile = NormalDist().inv_cdf(self.share)
+                spread = max(quantile, 0.0) * point.deviations[limit.name]
+            # a little more, for the error is another at the new optimum
+            margins[limit.text] = 1.5 * (stated or 0.0) + spread
+        return margins
+
+    def _front(self, best: Solved, limits: Sequence[Limit]) -> list[Solved]:
+        """Designs from the best for the first goal to that for the second."""
+        design, (first, second) = self.design, self.goals
+        starts = design.starts(self.starts, self.seed, second, self.limits, LOOKED)
+        ends = [design.solved(x, second, self.limits) for x in (best.x, *starts)][:2]
+        last = min(ends, key=lambda e: e.merit(second.sign))
+        last, _ = self._with_margins(last.x, second)
+        begin, end = (design.point(s.x).values[second.name] for s in (best, last))
+        front, x = [best], best.x
+        for level in np.linspace(begin, end, self.designs)[1:-1]:
+            bound = Limit(second.name, -second.sign, float(level))
+            solved = self._kept(lambda x=x, b=bound: design.solved(x, first, [*limits, b]))
+            if solved.shortfall <= KEPT:
+                front.append(solved)
+                x = solved.x
+        goal = design.point(last.x).values[first.name]
+        return [*front, replace(last, goal=goal)]
+
+    def _check(self, best: Solved, limits: Sequence[Limit], folder: Path) -> dict[str, Estimate]:
+        """Shares of machines that keep each limit, by a scatter around the optimum."""
+        design, scene = self.design, self.design.scene_of(best.x)
+        spread = {
+            n: Distribution("normal", (varied(scene, n, s).value, s))
+            for n, s in design.tolerances.items()
+        }
+        swept = scatter(
+            case_of(scene, spread),
+            spread,
+            folder,
+            points=CHECKED,
+            seed=self.seed,
+            settle=design.settle,
+            **design.options,
+        )
+        shares = {}
+        for limit in limits:
+            values = metric_of(swept.sweep, limit.name, design)[: 2 * swept.n]
+            values = values[np.isfinite(values)]
+            shares[limit.text] = probability(limit.sign * (values - limit.value) >= 0.0)
+        return shares
+
+    def _key(self) -> str:
+        """Digest of all that the ends depend on."""
+        design = self.design
+        about = [VERSION, self.seed, self.starts, self.designs, design.scene.to_json()]
+        about += [design.settle, sorted((n, str(v)) for n, v in design.options.items())]
+        about += [[p.name, p.low, p.high] for p in design.free]
+        about += [[g.name, g.sign] for g in self.goals] + [i.text for i in self.limits]
+        about += [self.share, sorted(design.tolerances.items())]
+        return hashlib.sha256(json.dumps(about).encode()).hexdigest()
+
+
+def _stated(errors, name: str, value: float) -> float | None:
+    """Stated error of a metric, of the integration alone; None where there is none."""
+    if name in errors:
+        return errors[name].stated
+    for end in ("dissipated_per_turn", "dissipated_power"):
+        if (of := name.replace(LOSS, end)) != name and of in errors:
+            return errors[of].relative * abs(value)
+    return None
