@@ -53,6 +53,7 @@ if TYPE_CHECKING:  # for editors: names of laws and elements, modules, and what 
         one_of as one_of,
     )
     from clearance.scene.scene import Scene as Scene
+    from clearance.values.fit_class import fit_class as fit_class
     from clearance.values.units import (
         cP as cP,
         degree as degree,
@@ -126,6 +127,7 @@ _LAZY = {
     "joint_friction_law": "clearance.scene.law_names",
     "one_of": "clearance.scene.law_names",
     "Scene": "clearance.scene.scene",
+    "fit_class": "clearance.values.fit_class",
     "cP": "clearance.values.units",
     "degree": "clearance.values.units",
     "mm": "clearance.values.units",
@@ -184,6 +186,7 @@ ACCESSORS |= {
     "view": "clearance.postprocess.view:view",
     "plot_fit": "clearance.postprocess.scene_fits:picture",
     "plot_optimum": "clearance.postprocess.optima:picture",
+    "report_optimum": "clearance.postprocess.optima:report",
     "report_fit": "clearance.postprocess.scene_fits:report",
 }
 

@@ -1,10 +1,12 @@
 """Pictures of designs: the map around an optimum with its limits, and the front of two goals."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from clearance.postprocess import figures
 from clearance.postprocess.maps import edges
+from clearance.postprocess.pages import Page, element, number, points, quantity, table
 
 from clearance.identify.designs import Optimum, metric_of
 from clearance.sweeping.index import Sweep
@@ -42,13 +44,13 @@ def _map(figure, axes, optimum: Optimum, swept: Sweep) -> dict[str, dict]:
     if len(free) == 1:
         figures.line(axes, places[0], values, **figures.stroke(0, 1))
         axes.plot(here, [optimum.metrics[goal.name]], **BEST)
-        kept = np.ones(len(values), bool)
+        inside = np.ones(len(values), bool)
         for limit in optimum.limits:
             reached = metric_of(swept, limit.name, design)
-            kept &= np.array([limit.room(v) >= 0.0 for v in reached])
-        figures.line(axes, places[0], np.where(kept, values, np.nan), lw=3.0, color="0.2")
+            inside &= np.array([limit.room(v) >= 0.0 for v in reached])
+        figures.line(axes, places[0], np.where(inside, values, np.nan), lw=3.0, color="0.2")
         figures.finish(axes, label, names[0], legend=False)
-        axes.set_title("thick: limits are kept", fontsize="small")
+        axes.set_title("thick: limits hold", fontsize="small")
         return {}
     borders = [edges(v, p.positive) for v, p in zip(places, free, strict=True)]
     norm = figures.scale(values, figures.wide(values))
@@ -77,3 +79,44 @@ def _front(figure, axes, optimum: Optimum, swept: Sweep | None) -> None:
     axes.plot(x, y, marker="o", **figures.stroke(0, 1))
     labels = [figures.with_units(g.name, design.known[g.name].units) for g in optimum.goals]
     figures.finish(axes, labels[1], labels[0], legend=False)
+
+
+def report(optimum: Optimum, output: str | Path, swept: Sweep | None = None) -> Path:
+    """Write the page of an optimum."""
+    path = Path(output)
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise ValueError(f"report {path}: its name must end in .html")
+    d, about = optimum.document(), optimum.design.known
+    page = Page(f"{optimum.design.scene.name}: {', '.join(d['goals'])}")
+    page.head = element("h1", page.title)
+    rows = [
+        (n, quantity(p["value"], _unit(p["units"])), " to ".join(map(number, p["bounds"])))
+        for n, p in d["parameters"].items()
+    ]
+    page.section("Parameters", table(("parameter", "value", "bounds [SI]"), rows))
+    rows = [
+        (n, quantity(m["value"], _unit(m["units"])), about[n].text) for n, m in d["metrics"].items()
+    ]
+    page.section("Metrics", table(("metric", "value", "meaning"), rows))
+    rows = [
+        (i["limit"], number(i["value"]), number(i["margin"]), "yes" if i["active"] else "no")
+        for i in d["limits"]
+    ]
+    heads = ("limit", "value", "margin", "active")
+    page.section("Limits", table(heads, rows), points([*d["words"], *d["doubts"]]))
+    drawn = partial(optimum.plot, swept=swept)
+    page.section(
+        "Map and front", page.picture(drawn, "The goal around the optimum, with its limits")
+    )
+    names = [*d["parameters"], *d["metrics"]]
+    for title, ends in (("Optima", d["optima"]), ("Front", d["front"])):
+        rows = [
+            tuple(map(number, (*e["parameters"].values(), *e["metrics"].values()))) for e in ends
+        ]
+        if rows:
+            page.section(title, table(names, rows))
+    return page.save(path)
+
+
+def _unit(units: str) -> str:
+    return "1" if units in ("?", "-") else units

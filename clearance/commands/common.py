@@ -123,11 +123,12 @@ def parameter_lines(case, values: dict, resolved: dict) -> list[str]:
 
     resolved: what became of those that are auto, as far as it is known.
     """
+    from clearance.values.fit_class import Fitted
     from clearance.values.units import shown
 
     def text(name: str, value: object, units: str) -> str:
         more = f": {shown(resolved[name], units)}" if name in resolved else ""
-        return shown(value, units) + more
+        return shown(value, units) + more + (f" ({value.fit})" if isinstance(value, Fitted) else "")
 
     rows = case.parameters.items()
     given = [f"{n} = {text(n, values[n], p.units)}" for n, p in rows if n in values]
@@ -202,11 +203,8 @@ def scene_of(options):
 
     with quiet(options):
         case = find_case(options.case)
-    parameters = case.parameters
-    values = {
-        name: parameters[name].value(text) for name, text in given(options, parameters).items()
-    }
     with quiet(options):
+        values = case.read(given(options, case.parameters))
         scene = case.scene(**values)
     scene.origin["command"] = getattr(options, "line", "")
     return case, values, scene

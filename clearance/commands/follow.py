@@ -150,7 +150,7 @@ def _range(case, texts: dict[str, str]) -> tuple[str, tuple[float, float], dict]
         raise ValueError(f"one parameter needs a range, as -p speed=3000rpm:4100rpm; {count}")
     (name,) = ranged
     ends = tuple(parameters[name].value(text) for text in texts[name].split(":"))
-    return name, ends, {n: parameters[n].value(text) for n, text in texts.items() if n != name}
+    return name, ends, case.read({n: text for n, text in texts.items() if n != name})
 
 
 def _document(branch) -> dict:

@@ -17,7 +17,7 @@ def bounded_scene(options) -> tuple:
         elif "/" in name:
             numbers[name] = text
         elif name in case.parameters:
-            values[name] = case.parameters[name].value(text)
+            values |= case.read({name: text}, values)
         else:
             from clearance.values.checks import meant
 

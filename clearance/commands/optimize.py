@@ -141,7 +141,10 @@ def _files(result, folder: Path) -> list[str]:
         swept = result.mapped(folder / "map")
     except ValueError:  # parameters of two kinds have no sweep
         swept = None
-    pages = [result.plot(folder / "optimum.png", swept)]
+    pages = [
+        result.plot(folder / "optimum.png", swept),
+        result.report(folder / "report.html", swept),
+    ]
     return [*(str(folder / n) for n in ("optimum.json", "run.h5")), *map(str, pages)]
 
 
@@ -155,8 +158,8 @@ def lines(result, document: dict) -> list[str]:
     text += [f"  {n} = {shown(m['value'], m['units'])}" for n, m in d["metrics"].items()]
     for row in d["limits"]:
         error = "" if row["error"] is None else f" +- {row['error']:.1e}"
-        kept = row.get("kept")
-        share = f"; {kept['value']:.1%} of machines keep it" if kept else ""
+        share, of = row.get("kept"), d["share"]
+        share = f"; {share['value']:.1%} of machines keep it, {of:.1%} by slopes" if share else ""
         text.append(f"  {row['limit']}: {row['value']:.6g}{error}{share}")
     text += [f"  {line}" for line in d["words"]]
     for row in d["optima"][1:]:

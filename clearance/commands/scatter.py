@@ -24,7 +24,7 @@ MORE_POINTS = "no exact index is; see the intervals, which more points narrow"
 EXAMPLES = """\
 -p NAME=VALUE takes a value or a distribution: normal(MEAN,DEVIATION),
 truncated(MEAN,DEVIATION,LOW,HIGH), lognormal(MEDIAN,FACTOR), uniform(LOW,HIGH),
-triangular(LOW,MODE,HIGH). Parameters vary independently.
+triangular(LOW,MODE,HIGH), or of a clearance a fit such as H7/f7. Parameters vary independently.
 
   clearance scatter six_bar_feeder -p "clearance=normal(100um,5um)" \\
     -p "viscosity=normal(50cP,4cP)" \\
@@ -111,10 +111,13 @@ def run(options) -> int:
 
 def _parameters(options, case) -> tuple[dict, dict]:
     """Distributions and values of the command line. Raises ValueError naming the parameter."""
-    from clearance.sweeping.scatter import from_words
+    from clearance.sweeping.scatter import from_words, of_fit
 
-    spread, fixed = {}, {}
-    for name, text in given(options, case.parameters).items():
+    spread, fixed, texts = {}, {}, given(options, case.parameters)
+    fits = {n: t for n, t in texts.items() if case.takes_fit(n, t)}
+    for name, text in texts.items():
+        if name in fits:
+            continue
         parameter = case.parameters[name]
         try:
             law = from_words(text, partial(_number, parameter))
@@ -124,6 +127,7 @@ def _parameters(options, case) -> tuple[dict, dict]:
             fixed[name] = _value(parameter, text)
         else:
             spread[name] = law
+    spread |= {n: of_fit(case.fit(n, t, fixed)) for n, t in fits.items()}
     return spread, fixed
 
 

@@ -260,7 +260,16 @@ def grid_of(options, case, together=()):
     from clearance.sweeping.points import ONE, from_words, grid, zipped
 
     texts = given(options, case.parameters)
-    values = {n: from_words(case.parameters[n], _listed(case, texts, n)) for n in texts}
+    values = {
+        n: from_words(case.parameters[n], _listed(case, texts, n))
+        for n, text in texts.items()
+        if not case.takes_fit(n, text)
+    }
+    single = {n: v[0] for n, v in values.items() if len(v) == 1}
+    for name in texts.keys() - values.keys():  # limits and mean of a fit
+        fit = case.fit(name, texts[name], single)
+        values[name] = [fit.smallest, fit.mean, fit.largest]
+    values = {n: values[n] for n in texts}
     for name in (n for group in together for n in group):
         if name not in values:
             raise ValueError(f"--zip: no -p gives values of {name!r}")

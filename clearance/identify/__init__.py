@@ -1,1 +1,1 @@
-"""Ball-joint friction: models, test-bench records and the estimation of their parameters."""
+"""From records to parameters, of mechanisms and of ball joints; from limits to dimensions."""

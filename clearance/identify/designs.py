@@ -1,8 +1,8 @@
 """`cl.optimize`: dimensions from requirements, with prices of the limits, a check, a map, a folder.
 
-The margin of a limit is the stated error of its metric, of the integration, and for a share of
-machines the quantile of that share times the deviation of the metric over the tolerances,
-linearised. Both are those of the optimum, which is sought again until they stay. Two goals: the
+The margin of a limit is the stated error of its metric, of the integration. For a share of machines
+the quantile of that share times the deviation of the metric over the tolerances, linearised, comes
+to it. Both are those of the optimum, which is sought again until they stay. Two goals: the
 front of designs where neither gets better without the other, by limits of the second one at equal
 distances.
 
@@ -46,17 +46,19 @@ from clearance.scene.scene import Scene
 from clearance.simulation import simulate
 from clearance.sweeping.chance import limits_of, scatter
 from clearance.sweeping.index import Sweep
-from clearance.sweeping.points import grid
+from clearance.sweeping.points import grid, zipped
 from clearance.sweeping.scatter import Distribution, Estimate, probability
 from clearance.sweeping.sweep import sweep
 from clearance.values import checks
 from clearance.values.units import quantity, written
 from clearance.version import VERSION
 
-STARTS, LOOKED = 4, 16  # starts; points that the best of them are taken from
+STARTS = 4
+#: points that the best starts are taken from: with slopes, and without
+LOOKED, LOOKED_WITHOUT = 16, 64
 FRONT = 20  # designs of a front
 ROUNDS = 6  # of margins, at most
-STAYS = 1e-4  # of a limit, by which its margin may still change
+STAYS = (1e-6, 2e-3)  # of a limit and of its margin, by which this may still change
 APART = 1e-2  # of the width of the bounds, between distinct optima
 ALONG = 11  # values of a parameter on the map
 CHECKED = 1024  # runs of the check, at most
@@ -69,8 +71,8 @@ class Optimum:
 
     goals: what was sought, one or two; limits: with their margins at the optimum; best, ends: of
     the search, and of all its starts; errors: stated of the metrics of limits, by text of the
-    limit; front: designs between two goals; check: share of machines that keep each limit, by a
-    scatter; doubts: words on what is not exact.
+    limit; front: designs between two goals; share: of machines that are to keep the limits; check:
+    those that keep each in a scatter; `doubts`: what is not exact, in sentences.
     """
 
     design: Design
@@ -80,6 +82,7 @@ class Optimum:
     ends: tuple[Solved, ...]
     errors: Mapping[str, float]
     front: tuple[Solved, ...]
+    share: float
     check: Mapping[str, Estimate]
     doubts: tuple[str, ...]
 
@@ -118,23 +121,24 @@ class Optimum:
     @property
     def others(self) -> list[Solved]:
         """Other optima that starts ended in."""
-        width, kept = np.ptp(self.design.ends, axis=1), [self.best]
-        for end in sorted(self.ends, key=lambda e: e.merit(self.goals[0].sign)):
+        # without margins, which move all of them
+        width, apart = np.ptp(self.design.ends, axis=1), [self.ends[0]]
+        for end in self.ends:
             if end.shortfall <= KEPT and end.smooth:
-                steps = [np.abs(end.x - k.x) / width for k in kept]
+                steps = [np.abs(end.x - k.x) / width for k in apart]
                 if min(float(s.max()) for s in steps) > APART:
-                    kept.append(end)
-        return kept[1:]
+                    apart.append(end)
+        return apart[1:]
 
     @cached_property
     def words(self) -> list[str]:
-        """What limits and bounds cost, a sentence each."""
-        known, goal = self.design.known, self.goals[0]
-        units = _unit(known[goal.name].units)
+        """Prices of limits and bounds, a sentence each."""
+        about, goal = self.design.known, self.goals[0]
+        units = _unit(about[goal.name].units)
         lines = []
         for limit in self.design.active(self.point, self.limits):
             step = 10.0 ** math.floor(math.log10(limit.size / 10.0))
-            of = _amount(step, known[limit.name].units)
+            of = _amount(step, about[limit.name].units)
             way = "more" if limit.sign > 0 else "less"
             price = self.prices.get(limit.text)
             cost = "" if price is None else f": {of} {way} costs {price * step:.3g}{units}"
@@ -149,24 +153,20 @@ class Optimum:
 
     def document(self) -> dict:
         """All of it as plain data."""
-        known = self.design.known
+        about = self.design.known
         return {
             "goals": [g.text for g in self.goals],
             "parameters": {
-                p.name: {
-                    "value": self.values[p.name],
-                    "low": p.low,
-                    "high": p.high,
-                    "units": p.units,
-                }
+                p.name: {"value": self.values[p.name], "bounds": [p.low, p.high], "units": p.units}
                 for p in self.design.free
             },
-            "metrics": {n: {"value": v, "units": known[n].units} for n, v in self.metrics.items()},
+            "metrics": {n: {"value": v, "units": about[n].units} for n, v in self.metrics.items()},
             "limits": [self._of(i) for i in self.limits],
             "words": self.words,
             "optima": [self._row(e) for e in (self.best, *self.others)],
             "front": [self._row(e) for e in self.front],
             "tolerances": dict(self.design.tolerances),
+            "share": self.share,
             "starts": [self._row(e) for e in self.ends],
             "evaluations": self.design.evaluations,
             "doubts": list(self.doubts),
@@ -211,6 +211,10 @@ class Optimum:
     def plot(self, output: str | Path | None = None, swept: Sweep | None = None):
         """Picture: the map around the optimum with its limits, and the front of two goals."""
         return accessor("plot_optimum")(self, output, swept)
+
+    def report(self, output: str | Path, swept: Sweep | None = None) -> Path:
+        """Write a page that needs nothing else."""
+        return accessor("report_optimum")(self, output, swept)
 
     def simulated(self, path: str | Path | None = None) -> Result:
         """The run of the optimum."""
@@ -287,12 +291,12 @@ def optimize(
 
     parameters: bounds by name, (low, high) in SI or "20um:100um": of the case ("clearance") or
         numbers of the scene ("bodies/slider/mass"). minimize, maximize: one metric, or two in all
-        for a front of so many `designs`; names are those of the metrics of `clearance run --json`,
-        also as paths ("joints/B/gap_min"), and mean losses (identify/optimum.py). limits:
+        for a front of so many `designs`. Names are those of the metrics of `clearance run --json`,
+        also as paths ("joints/B/gap_min"), and of mean losses (identify/optimum.py). limits:
         "joints/B/film_thickness_ratio_min > 3", "drive_crank_torque_max < 2Nm".
     turns (2), until, samples_per_turn, start: of the runs, as of `simulate`; settle: turns left
-        out of the metrics. tolerance: standard deviations of parameters, by which limits are
-        kept for a share of machines.
+        out of the metrics. tolerance: standard deviations of parameters; limits then hold
+        for a share of machines.
     starts: of the search; seed: of these. folder: of the result; an interrupted search goes on
         there. progress: called with the share that is done.
     Raises ValueError for names and bounds that do not fit the scene, and where no design keeps the
@@ -313,7 +317,7 @@ def optimize(
         until = scene.case.until if scene.case else 2.0
         options |= {"turns": 2.0} if scene.turn else {"until": until}
     options = {n: v for n, v in options.items() if v is not None}
-    design = Design(scene, free, options, settle, _tolerances(scene, tolerance or {}))
+    design = _Swept(scene, free, options, settle, _tolerances(scene, tolerance or {}))
     goals = [Goal(design.name_of(g.name), g.sign) for g in goals]
     search = _Search(design, tuple(goals), _limits(design, _listed(limits)), share, starts, seed)
     search.designs, search.progress = designs, progress
@@ -326,6 +330,26 @@ def optimize(
         result = search.result(path / JOURNAL, path / "check")
         result.save(path)
     return result
+
+
+class _Swept(Design):
+    """A design whose first points run in the lanes of a sweep where it has no slopes."""
+
+    @property
+    def looked(self) -> int:
+        """Number of these points."""
+        return LOOKED_WITHOUT if self.without else LOOKED
+
+    def look(self, places: np.ndarray) -> list[dict[str, float]]:
+        rows = [self.values(x) for x in places]
+        columns = {p.name: [row[p.name] for row in rows] for p in self.free}
+        if not self.without or len({"/" in n for n in columns}) > 1:
+            return super().look(places)
+        with tempfile.TemporaryDirectory() as folder:
+            case, points = case_of(self.scene, columns), zipped(**columns)
+            swept = sweep(case, points, folder, channels=[], settle=self.settle, **self.options)
+            table = {n: metric_of(swept, n, self).tolist() for n in self.wanted}
+        return [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)]
 
 
 def _listed(texts: str | Sequence[str]) -> list[str]:
@@ -378,19 +402,29 @@ class _Search:
         best, limits = self._with_margins(ends[0].x, goal)
         front = self._front(best, limits) if len(self.goals) == 2 else ()
         if design.without:
-            self.doubts.append(f"searched without slopes: {design.without}")
+            self.doubts.append(f"searched without slopes: {design.without.partition('. ')[0]}")
+            if design.tolerances:
+                self.doubts.append("limits have no margin for tolerances, which are slopes")
         elif not best.smooth:
             self.doubts.append("slopes do not show a least value there: a kink, or more iterations")
         check = self._check(best, limits, aside) if design.tolerances and limits else {}
         return Optimum(
-            design, self.goals, tuple(limits), best, tuple(ends), self.errors, tuple(front), check,
-            tuple(dict.fromkeys(self.doubts)),
-        )  # fmt: skip
+            design=design,
+            goals=self.goals,
+            limits=tuple(limits),
+            best=best,
+            ends=tuple(ends),
+            errors=self.errors,
+            front=tuple(front),
+            share=self.share,
+            check=check,
+            doubts=tuple(dict.fromkeys(self.doubts)),
+        )
 
     def _ends(self, goal: Goal) -> list[Solved]:
         """Ends of the starts, the best first. Raises ValueError where none keeps the limits."""
         design, limits = self.design, self.limits
-        starts = design.starts(self.starts, self.seed, goal, limits, LOOKED)
+        starts = design.starts(self.starts, self.seed, goal, limits, design.looked)
         ends = [self._kept(lambda x=x: design.solved(x, goal, limits)) for x in starts]
         ends.sort(key=lambda e: e.merit(goal.sign))
         self._feasible(ends[0], limits)
@@ -433,8 +467,13 @@ class _Search:
             return design.solved(x, goal, limits, LAST), limits
         for _ in range(ROUNDS):
             margins = self._margins(design.point(best.x), limits)
-            changed = any(abs(margins[i.text] - i.margin) > STAYS * i.size for i in limits)
-            if not changed and all(i.margin >= self.errors.get(i.text, 0.0) for i in limits):
+            of_limit, of_margin = STAYS
+            stays = (
+                abs(margins[i.text] - i.margin) <= max(of_limit * i.size, of_margin * i.margin)
+                and i.margin >= self.errors[i.text]
+                for i in limits
+            )
+            if all(stays):
                 break
             limits = with_margins(limits, margins)
             best = design.solved(best.x, goal, limits, LAST)
@@ -444,8 +483,12 @@ class _Search:
     def _margins(self, point: Point, limits: Sequence[Limit]) -> dict[str, float]:
         """Stated errors, and quantiles of the tolerances, by text of the limit."""
         design, spread = self.design, 0.0
-        errors = simulate(point.scene, settle=design.settle, **design.options).errors
-        if not errors:
+        errors: Mapping = {}
+        if not design.without:
+            errors = simulate(point.scene, settle=design.settle, **design.options).errors
+        if design.without:
+            self.doubts.append("without slopes limits have no stated errors")
+        elif not errors:
             self.doubts.append(f"no stated errors: {errors.reason}")
         margins = {}
         for limit in limits:
@@ -463,7 +506,7 @@ class _Search:
     def _front(self, best: Solved, limits: Sequence[Limit]) -> list[Solved]:
         """Designs from the best for the first goal to that for the second."""
         design, (first, second) = self.design, self.goals
-        starts = design.starts(self.starts, self.seed, second, self.limits, LOOKED)
+        starts = design.starts(self.starts, self.seed, second, self.limits, design.looked)
         ends = [design.solved(x, second, self.limits) for x in (best.x, *starts)][:2]
         last = min(ends, key=lambda e: e.merit(second.sign))
         last, _ = self._with_margins(last.x, second)

@@ -18,7 +18,7 @@ Optimization (2006), chapters 12 and 18; Ragonneau and Zhang, COBYQA (2024).
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -102,7 +102,7 @@ class Limit:
         return f"{self.name} {'>' if self.sign > 0 else '<'} {self.value:g}"
 
     def room(self, value: float) -> float:
-        """How far a metric is inside, with the margin; negative outside."""
+        """Distance of a metric from the limit with its margin; negative outside."""
         return self.sign * (value - self.value) - self.margin
 
 
@@ -166,7 +166,7 @@ class Point:
             raise ValueError(f"its run has no {missing[0]}")
 
     def _along(self, number: Free | Varied) -> np.ndarray:
-        """Slopes of the wanted metrics by the coordinate of a parameter, or by its value."""
+        """Slopes of metrics by the coordinate of a parameter, or by its value."""
         ends = self.steps.around(number, (-1, 1))
         fixed = isinstance(number, Varied)
         d = WIDTH * number.size if fixed else self.design.width
@@ -179,13 +179,13 @@ class Point:
 
     @cached_property
     def slopes(self) -> dict[str, np.ndarray]:
-        """Slopes of the wanted metrics by the coordinates. Raises Impossible."""
+        """Slopes of metrics by the coordinates. Raises Impossible."""
         table = np.stack([self._along(p) for p in self.design.free], axis=1)
         return dict(zip(self.design.wanted, table, strict=True))
 
     @cached_property
     def deviations(self) -> dict[str, float]:
-        """Standard deviations of the wanted metrics over the tolerances, linearised."""
+        """Standard deviations of metrics over the tolerances, linearised."""
         squares = np.zeros(len(self.design.wanted))
         for name, size in self.design.tolerances.items():
             k = next((k for k, p in enumerate(self.design.free) if p.name == name), None)
@@ -305,15 +305,14 @@ class Design(Varying):
         point = self.point(x)
         if point.reason:
             return Solved(point.x, goal.sign * math.inf, math.inf, False)
-        short = max((-i.room(point.values[i.name]) / i.size for i in limits), default=0.0)
-        smooth = False
+        short, smooth = shortfall(point.values, limits), False
         if not self.without and short <= KEPT:
             try:
                 _, rest = self.prices(point, goal, limits)
                 smooth = rest < STILL
             except Impossible:
                 smooth = False
-        return Solved(point.x, point.values[goal.name], max(short, 0.0), smooth)
+        return Solved(point.x, point.values[goal.name], short, smooth)
 
     def active(self, point: Point, limits: Sequence[Limit]) -> list[Limit]:
         """Limits without room."""
@@ -328,8 +327,8 @@ class Design(Varying):
     def prices(
         self, point: Point, goal: Goal, limits: Sequence[Limit]
     ) -> tuple[dict[str, float], float]:
-        """What a unit of each active limit and of a coordinate at its bound costs, in units of the
-        goal; rest of the slopes that they do not balance, over the goal. Raises Impossible.
+        """Prices of a unit of each active limit and of a coordinate at its bound, in units of the
+        goal. Rest of the slopes that they do not balance, over the goal. Raises Impossible.
         """
         active, bounds = self.active(point, limits), self.at_bounds(point)
         columns = [i.sign * point.slopes[i.name] for i in active]
@@ -343,17 +342,21 @@ class Design(Varying):
         shares, rest = nnls(table / sizes, slope)
         return dict(zip(names, (shares / sizes).tolist(), strict=True)), float(rest) / size
 
-    def starts(self, count: int, seed: int, goal: Goal, limits: Sequence[Limit], looked: int):
+    def look(self, places: np.ndarray) -> list[dict[str, float]]:
+        """Metrics at coordinates (points, parameters); empty where there is no run."""
+        return [self.point(x).values for x in places]
+
+    def starts(
+        self, count: int, seed: int, goal: Goal, limits: Sequence[Limit], looked: int
+    ) -> Iterator[np.ndarray]:
         """Starts: the scene, then the best of Sobol' points between the bounds."""
         yield self.inside
         if count < 2:
             return
-        ends = []
-        for x in self.spread(max(looked, count - 1), seed):
-            point = self.point(x)
-            if not point.reason:
-                short = max((-i.room(point.values[i.name]) / i.size for i in limits), default=0.0)
-                ends.append(Solved(point.x, point.values[goal.name], max(short, 0.0), False))
+        ends, places = [], self.spread(max(looked, count - 1), seed)
+        for x, values in zip(places, self.look(places), strict=True):
+            if all(math.isfinite(values.get(n, math.nan)) for n in self.wanted):
+                ends.append(Solved(x, values[goal.name], shortfall(values, limits), False))
         ends.sort(key=lambda s: s.merit(goal.sign))
         yield from (s.x for s in ends[: count - 1])
 
@@ -430,6 +433,11 @@ class _Scaled:
             },
         )
         return low + solution.x * width
+
+
+def shortfall(values: Mapping[str, float], limits: Sequence[Limit]) -> float:
+    """Of the worst limit over its size; 0 where all hold."""
+    return max((0.0, *(-i.room(values[i.name]) / i.size for i in limits)))
 
 
 def with_margins(limits: Sequence[Limit], margins: Mapping[str, float]) -> list[Limit]:

@@ -10,8 +10,10 @@ from clearance.scene.joint_options import resolved
 from clearance.scene.scene import Scene
 from clearance.values import checks
 from clearance.values.checks import meant
+from clearance.values.fit_class import FitClass, fit_class, has_diameter, is_fit_class
 from clearance.values.units import quantity
 
+THIN = 1e-6  # clearance [m] at which journals have the diameter of their bearings
 _SWITCH = {
     "true": True,
     "yes": True,
@@ -93,15 +95,55 @@ class Case:
         length = 2.0 if self.length is None else self.length
         return checks.positive(f"case {self.name}: {field}", length)
 
+    def read(
+        self, texts: Mapping[str, str], beside: Mapping[str, object] | None = None
+    ) -> dict[str, object]:
+        """Values from the command line; of fits, such as clearance=H7/f7, the mean clearance.
+
+        beside: further values of parameters. Raises ValueError.
+        """
+        fits = [n for n, t in texts.items() if self.takes_fit(n, t)]
+        values = {n: self.parameters[n].value(t) for n, t in texts.items() if n not in fits}
+        beside = {n: v for n, v in (beside or {}).items() if n not in texts} | values
+        read = values | {n: self.fit(n, texts[n], beside).value for n in fits}
+        return {name: read[name] for name in texts}
+
+    def takes_fit(self, name: str, text: object) -> bool:
+        """True for the class of a fit and a parameter that is a length."""
+        about = self.parameters.get(name)
+        return (
+            is_fit_class(text) and about is not None and (about.kind, about.units) == (float, "m")
+        )
+
+    def fit(self, name: str, text: str, beside: Mapping[str, object]) -> FitClass:
+        """The fit of a clearance at the diameter of its joints, where the text has none.
+
+        beside: values of other parameters. Raises ValueError where joints have several diameters.
+        """
+        if has_diameter(text):
+            return fit_class(text)
+        # dry: a film would have its table made for a clearance that no run has
+        dry = {"model": "dry"} if "model" in self.parameters else {}
+        joints = self.scene(**{**beside, **dry, name: THIN}).clearance_joints
+        mine = [j for j in joints if name in ("clearance", f"{j.key}/clearance")]
+        # journals of cases get thinner with the clearance, bearings of others wider
+        sizes = {round(2.0 * j.radius, 5) for j in mine if hasattr(j, "radius")}
+        if len(sizes) != 1:
+            raise ValueError(f"{name}: {text} needs a diameter, as {text}@20mm")
+        return fit_class(text, sizes.pop())
+
     def scene(self, **values) -> Scene:
         """The scene for given parameter values; an unknown name lists the known ones."""
         parameters = self.parameters
         if unknown := [n for n in values if n not in parameters]:
             answer = f"{meant(unknown[0], parameters)}; it has {', '.join(parameters) or 'none'}"
             raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}{answer}")
-        for name, value in values.items():
-            if isinstance(value, str) and parameters[name].kind in (float, int):
-                values[name] = parameters[name].value(value)
+        texts = {
+            n: v
+            for n, v in values.items()
+            if isinstance(v, str) and parameters[n].kind in (float, int)
+        }
+        values |= self.read(texts, values)
         scene = self.function(**values)
         if not isinstance(scene, Scene):
             raise TypeError(

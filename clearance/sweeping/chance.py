@@ -5,6 +5,7 @@ from pathlib import Path
 
 from clearance.accuracy.point_errors import Stating
 from clearance.run.recording import record_run
+from clearance.scene.case import Case
 from clearance.scene.catalogue import AnyCase, find_case
 from clearance.simulation import prepare
 from clearance.sweeping.points import grid
@@ -14,6 +15,7 @@ from clearance.sweeping.scatter import (
     Scatter,
     design,
     from_words,
+    of_fit,
     write,
 )
 from clearance.sweeping.sweep import OPTIONS, define, sweep
@@ -41,14 +43,18 @@ def scatter(
     metrics.
 
     spread: distributions by parameter, SI units, also in words: {"clearance": "normal(1e-4,
-        5e-6)"}; points: runs in all, at most; seed: the same seed, the same points; limits: of
-        metrics, whose probability of going beyond is computed, as numbers in SI or in words:
-        "0.2mm". Their names and units are those of a run at the medians. channels: stored in run
-        files (none: no files); options: of `sweep`, among them fixed and turns. The same call again
-        runs only what is missing.
+        5e-6)"}, or a fit, {"clearance": "H7/f7"}; points: runs in all, at most; seed: the same
+        seed, the same points; limits: of metrics, whose probability of going beyond is computed,
+        as numbers in SI or in words: "0.2mm". Their names and units are those of a run at the
+        medians. channels: stored in run files (none: no files); options: of `sweep`, among them
+        fixed and turns. The same call again runs only what is missing.
     Raises ValueError for wrong input, and what `sweep` raises.
     """
-    laws = {n: law if isinstance(law, Distribution) else _law(n, law) for n, law in spread.items()}
+    chosen_case = find_case(case)
+    laws = {
+        n: law if isinstance(law, Distribution) else _law(chosen_case, n, law, options)
+        for n, law in spread.items()
+    }
     chosen, n = design(laws, points, seed)
     beyond = limits_of(limits, _units(case, laws, **options)) if limits else {}
     swept = sweep(case, chosen, folder, channels=list(channels), **options)
@@ -110,7 +116,9 @@ def _written(units: str | None) -> str:
     return f"; this metric is in {units}, such as 2 {units}"
 
 
-def _law(name: str, text: str) -> Distribution:
+def _law(case: Case, name: str, text: str, options: Mapping) -> Distribution:
+    if case.takes_fit(name, text):
+        return of_fit(case.fit(name, text, options.get("fixed") or {}))
     law = from_words(text)
     if law is None:
         raise ValueError(

@@ -22,6 +22,7 @@ from clearance.files.texts import check_kinds, signed, signed_document, text_of
 from clearance.sweeping.index import Sweep, open_sweep
 from clearance.sweeping.points import OUTER_COMMA, Points
 from clearance.values import checks
+from clearance.values.fit_class import FitClass
 from clearance.values.units import unit_in, written
 
 CONFIDENCE = 0.95
@@ -124,6 +125,12 @@ def from_words(text: str, number: Callable[[str], float] = float) -> Distributio
     pairs = zip(names, words, strict=True)
     numbers = tuple(float(w) if n in PURE else number(w) for n, w in pairs)
     return Distribution(match[1], numbers, unit_in(match[2]))
+
+
+def of_fit(fit: FitClass) -> Distribution:
+    """Radial clearances of a fit: normal between its limits, see `FitClass.deviation`."""
+    numbers = fit.mean, fit.deviation, fit.smallest, fit.largest
+    return Distribution("truncated", numbers, "um")
 
 
 def design(spread: Mapping[str, Distribution], points: int, seed: int = 0) -> tuple[Points, int]:

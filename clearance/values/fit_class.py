@@ -96,15 +96,36 @@ class FitClass:
         (a, b), (c, d) = self.hole, self.shaft
         return 0.5 * ((b - a) ** 2 + (d - c) ** 2) ** 0.5 / SIGMAS
 
+    @property
+    def value(self) -> "Fitted":
+        """The mean radial clearance, with its fit."""
+        return Fitted(self)
+
     def __str__(self) -> str:
         low, mean, high = (1e6 * v for v in (self.smallest, self.mean, self.largest))
         radial = f"radial clearance {low:g} to {high:g} um, mean {mean:g} um"
         return f"{self.name} at {1e3 * self.diameter:g} mm: {radial}"
 
 
+class Fitted(float):
+    """The mean radial clearance of a fit, `fit`."""
+
+    fit: FitClass
+
+    def __new__(cls, fit: FitClass):
+        value = super().__new__(cls, fit.mean)
+        value.fit = fit
+        return value
+
+
 def is_fit_class(text: object) -> bool:
     """True for words of a fit, such as "H7/f7" or "H7/f7@20mm"."""
     return isinstance(text, str) and _CLASS.match(text) is not None
+
+
+def has_diameter(name: str) -> bool:
+    """True for a class with a diameter: "H7/f7@20mm"."""
+    return "@" in name
 
 
 def fit_class(name: str, diameter: float | str | None = None) -> FitClass:
@@ -135,7 +156,7 @@ def fit_class(name: str, diameter: float | str | None = None) -> FitClass:
     fit = FitClass(plain, size, (0.0, 1e-6 * _of(TOLERANCES[int(hole)], size)), (low, high))
     if high > 0.0:
         by = f"{letter}{grade} interferes by up to {1e6 * high:g} um of the diameter"
-        raise ValueError(f"{plain} at {1e3 * size:g} mm has no clearance: {by}")
+        raise ValueError(f"{plain} at {1e3 * size:g} mm has no clearance for sure: {by}")
     return fit
 
 
