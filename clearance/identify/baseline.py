@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance.identify.free import bounded
 from clearance.identify.measured import Measured
 from clearance.identify.scene_fit import Curve, Problem
-from clearance.identify.scene_parameters import bounded, fitted
+from clearance.identify.scene_parameters import fitted
 from clearance.results.reading import open_checked
 from clearance.scene.catalogue import find_case
 from clearance.sweeping.dataset import KIND, column_of
