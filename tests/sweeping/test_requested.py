@@ -48,8 +48,8 @@ def printed(name):
 @pytest.mark.parametrize("error", [1e-2, 1e-3])
 def test_errors(name, seed, error):
     """Numbers that were requested lie within five times their errors of a run at rtol 1e-10, as two
-    runs may err alike by chance, nine of ten at least within the errors; dry points that part by then are left out, where the run at
-    1e-9 is not within a tenth of the error.
+    runs may err alike by chance; nine of ten at least within the errors. Dry points that part by
+    then are left out, where the run at 1e-9 is not within a tenth of the error.
     """
     group, columns = together(name, seed, error)
     scene, options = group.scene_of, {"turns": SCENES[name][3]}
