@@ -42,6 +42,7 @@ from clearance.postprocess.sweep_report import sweep_page
 from clearance.postprocess.tornado import tornado
 
 from clearance.metrics.assumptions import assumptions
+from clearance.metrics.elastic import ELASTIC, elastic_state
 from clearance.metrics.metrics import Metric, Window, metrics, startup
 from clearance.results.reading import Damaged
 from clearance.results.result import Result, open_result
@@ -454,8 +455,10 @@ def _joint(page: Page, run: Result, joint: str) -> list[Markup]:
         for name, what, units in JOINT_FACTS
         if name in numbers
     ]
-    parts = [element("div", element("p", "Over the entire run:"), facts(rows))] if rows else []
     described = run.described(joint)
+    elastic = elastic_state(run, described)
+    rows += [(ELASTIC[n][0], quantity(v, ELASTIC[n][1])) for n, v in elastic.items()]
+    parts = [element("div", element("p", "Over the entire run:"), facts(rows))] if rows else []
     if described["type"] == "ClearancePrismatic":
         draw = _needing(
             run, [f"{group}/{c}" for c in ("offset", "tilt")], partial(guides, run, joints=joint)

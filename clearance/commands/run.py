@@ -407,6 +407,13 @@ def _joint_line(joint: dict) -> str:
     if "share_full_film" in joint:
         shares = (f"{text} {joint[n]:.0%}" for n, text in SHARES.items() if joint[n] >= 0.005)
         parts += [*shares, f"{joint['mean_asperity_share']:.0%} of the load on the solids"]
+    if "moes_load" in joint:
+        from clearance.metrics.elastic import regime_of
+
+        regime = regime_of(joint["moes_load"], joint.get("piezoviscous_number", 0.0))
+        numbers = f"M {joint['moes_load']:.2g}, L {joint['moes_material']:.2g} ({regime})"
+        film = f"{joint['film_over_rigid']:.3g} of the rigid film"
+        parts.append(f"at the thinnest film {numbers}, {film}")
     if "film_table_error_closing" in joint:
         parts.append(
             f"film table within {joint['film_table_error_closing']:.1e}{_film_part(joint)}"

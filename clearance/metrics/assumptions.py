@@ -178,7 +178,7 @@ def _shortest(record: Record, frequency: float) -> float | None:
 # --- films
 def _liner(record: Record, joint: dict) -> Iterator[Assumption]:
     """Depth to which the largest film pressure presses the bearing's layer in."""
-    if joint["type"] != "ClearanceRevolute":
+    if joint["type"] != "ClearanceRevolute" or joint.get("elastic"):
         return
     facts = record.facts(f"joints/{joint['name']}")
     pressure, gap = facts.get("film_pressure"), facts.get("smallest_gap")

@@ -10,6 +10,7 @@ import numpy as np
 from clearance import elements
 from clearance.elements.element import Load
 from clearance.metrics.assumptions import assumptions
+from clearance.metrics.elastic import elastic_state
 from clearance.metrics.metrics import EFFORTS, SURFACES, Window, metrics, startup
 from clearance.results.extremes import JOINT_EXTREMES
 from clearance.results.record import Record
@@ -109,13 +110,15 @@ def _joints(result, begin: float, end: float) -> dict:
     """Peak forces, smallest gaps and friction of the settled motion, and of the start-up; regimes
     of the entire run.
     """
-    roughness = {j["name"]: j.get("roughness") for j in result.scene["joints"]}
+    described = {j["name"]: j for j in result.scene["joints"]}
+    roughness = {name: j.get("roughness") for name, j in described.items()}
     joints = {}
     for name in result.names("joints"):
         group, facts = f"joints/{name}", result.facts(f"joints/{name}")
         joints[name] = mine = {n: float(facts[n]) for n in JOINT_FACTS if n in facts}
         if not result.time.size:
             continue
+        mine |= elastic_state(result, described[name])
         for extreme, summary_name in JOINT_EXTREMES.items():
             if _is_there(result, f"{group}/{extreme}"):
                 mine |= _two(result, f"{group}/{extreme}", summary_name, begin, end)

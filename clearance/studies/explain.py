@@ -1,5 +1,6 @@
 """Contents of a compiled scene, and the parts left out."""
 
+import math
 import re
 import sys
 from importlib import import_module
@@ -7,6 +8,7 @@ from importlib import import_module
 from clearance import lanes
 from clearance.elements.clearance_revolute import SLOTS
 from clearance.elements.joint import Joint
+from clearance.laws.line_contact import effective_radius
 from clearance.machine.store import folder
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.structure import Structure
@@ -30,7 +32,7 @@ def explain(scene: Scene) -> dict:
         "scene": scene.name,
         "bodies": [b.name for b in scene.bodies],
         "states": _states(mechanism),
-        "joints": {j.name: _joint(j) for j in scene.joints},
+        "joints": {j.name: _joint(j, mechanism.frequency) for j in scene.joints},
         "loads": {load.name: type(load).__name__ for load in scene.loads},
         "plan": [{"bodies": g.label(), "solved": _solved(g)} for g in mechanism.plan.groups],
         "kernels": {r: _kernel(structure, r) for r in structure.programs if r in roles},
@@ -60,7 +62,7 @@ def _states(mechanism: Mechanism) -> list[str]:
     return [*layout.names, *ledger, *(f"energy dissipated by {key}" for key in layout.dissipated)]
 
 
-def _joint(joint: Joint) -> dict:
+def _joint(joint: Joint, frequency: float) -> dict:
     if not joint.soft:
         made_of = {"friction": repr(joint.friction)} if joint.friction is not None else {}
         made_of |= {
@@ -72,7 +74,22 @@ def _joint(joint: Joint) -> dict:
             **made_of,
         }
     parts = {s: repr(getattr(joint, s)) for s in PARTS if getattr(joint, s, None) is not None}
+    if joint.elastic is not None:
+        parts["elastic"] += f" ({_line_contact(joint, frequency)})"
     return {"kind": type(joint).__name__, "reality": _surfaces(joint), **parts}
+
+
+def _line_contact(joint: Joint, frequency: float) -> str:
+    """Where elasticity begins to matter, at the surface speed of a full turn of both bodies."""
+    radius = effective_radius(joint.radius, joint.clearance)
+    stiff, speed = 2.0 * joint.elastic.values["modulus"], 2.0 * frequency * joint.radius
+    root = math.sqrt(joint.viscosity * speed / (stiff * radius))
+    material = joint.elastic.values["pressure_viscosity"] * stiff * math.sqrt(root)
+    load = joint.length * stiff * radius * root
+    return (
+        f"half-spaces: at {speed:.2g} m/s, the sum of speeds, L = {material:.2g} and M = 1 at "
+        f"{load:.3g} N"
+    )
 
 
 def _surfaces(joint: Joint) -> str:

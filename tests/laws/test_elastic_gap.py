@@ -14,6 +14,7 @@ from clearance.laws.law import FilmJoint
 from clearance.laws.line_contact import CENTRAL, LEAST, four_regimes
 from clearance.laws.materials import Material, steel
 from clearance.mechanism.elastic_surfaces import elastic_surfaces
+from clearance.metrics.elastic import elastic_state
 from clearance.run.force_hole import hole_check
 from clearance.studies.explain import explain
 from clearance.tracing.kernels import evaluated
@@ -207,6 +208,25 @@ def test_lanes_agree(tmp_path):
         run = cl.simulate(cl.load_case("six_bar_feeder", **fixed, **values), turns=2)
         peak = run.extreme("joints/B/force_max", begin=run.turn).value
         assert sweep.metrics["joint_B_force_max"][row] == pytest.approx(peak, rel=2e-3)
+
+
+def test_a_run_says_where_it_is_elastic(typed, tmp_path):
+    """M and L of the thinnest film, regime and film over rigid film: printed, and in the report.
+    M, L and the ratio of the films are those of the law at that load and speed (rounding).
+    """
+    path = tmp_path / "run.h5"
+    printed = typed("run six_bar_feeder -p model=mixed -p viscosity=0.002 --turns 2 -o", path).out
+    assert "of the rigid film" in " ".join(printed.split())
+    run = cl.open_result(path)
+    state = elastic_state(run, run.described("B"))
+    film, rigid = (run.values(f"joints/B/{n}") for n in ("elastic_film", "rigid_film"))
+    at, m = film.argmin(), state["moes_load"]
+    assert state["film_over_rigid"] == pytest.approx(film[at] / rigid[at])
+    ratio = m / 2.448 * film_of(m, state["moes_material"], CENTRAL)
+    assert state["film_over_rigid"] == pytest.approx(ratio, rel=0.1)  # film of finite length
+    assert 0.0 < state["load_in_mixed"] < 1.0
+    typed("report", path, "-o", tmp_path / "run.html")
+    assert "Moes" in (tmp_path / "run.html").read_text()
 
 
 def test_rigid_joints_have_nothing_of_it():
