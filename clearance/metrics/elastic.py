@@ -13,7 +13,7 @@ ELASTIC = {
     "moes_material": ("Moes' number L there", "1"),
     "film_over_rigid": ("film over that of rigid surfaces there", "1"),
     "deflection_over_film": ("deflection over film there", "1"),
-    "load_in_mixed": ("share of the film's load in the mixed, elastic state", "1"),
+    "load_in_mixed": ("share of the load in the mixed, elastic state", "1"),
 }
 RIGID, SOFT = 0.3, 3.0  # M up to which surfaces are rigid, and from which elasticity decides
 THICKENED = 0.5  # alpha p from which the pressure thickens the oil
@@ -33,12 +33,13 @@ def elastic_state(record: Record, joint: dict) -> dict[str, float]:
     joint: its description. M and L follow from film and load: h = 2.448 R' U^(1/2) / M of the
     rigid film.
     """
-    group, names = f"joints/{joint['name']}", ("elastic_film", "rigid_film", "gap")
-    paths = [f"{group}/{n}" for n in (*names, "film_radial", "film_tangential", "membership_mixed")]
+    group, loads = f"joints/{joint['name']}", ("film_radial", "film_tangential", "contact_force")
+    names = "elastic_film", "rigid_film", "gap", "membership_mixed", *loads
+    paths = [f"{group}/{n}" for n in names]
     if not joint.get("elastic") or not all(p in record for p in paths):
         return {}
-    film, rigid, gap, radial, tangential, mixed = map(record.values, paths)
-    load = np.hypot(radial, tangential)
+    film, rigid, gap, mixed, radial, tangential, contact = map(record.values, paths)
+    load = np.hypot(radial, tangential) + contact
     most = int(film.argmin())
     stiff = 2.0 * joint["elastic"]["modulus"]
     radius = effective_radius(joint["radius"], joint["clearance"])
