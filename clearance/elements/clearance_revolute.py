@@ -211,6 +211,8 @@ class ClearanceRevolute(ClearanceJoint):
         if self.asperity.law.pressure is None:
             have = "greenwood_tripp and greenwood_williamson have one"
             raise ValueError(f"{law} needs a pressure at each gap, an attribute `pressure`; {have}")
+        if self.asperity.values.get("summit_height"):
+            raise ValueError(f"{law} needs a summit_height of 0")
         if self.transition is not None and self.transition.law.name != "load_sharing":
             name = self.transition.law.name
             raise ValueError(f"{law} needs the transition load_sharing, got {name}")

@@ -14,7 +14,7 @@ import math
 
 from clearance.laws.contact import MODULUS
 from clearance.laws.law import asperity
-from clearance.values.checks import positive
+from clearance.values.checks import finite, positive
 
 FAR = 12.0  # film thickness ratio at which asperities have long lost touch
 SQRT2 = math.sqrt(2.0)
@@ -52,13 +52,13 @@ def third_moment(x):
     return max((x * x + 2.0) * normal_density(x) - (x * x * x + 3.0 * x) * normal_tail(x), 0.0)
 
 
-def rough_on_rough(modulus, roughness_group, slope_ratio):
+def rough_on_rough(modulus, roughness_group, slope_ratio, summit_height=0.0):
     """K' E* of `greenwood_tripp` [Pa]: p = K' E* F_5/2(H / sigma) at a gap H."""
     group = 16.0 * SQRT2 * math.pi / 15.0 * roughness_group * roughness_group
     return group * math.sqrt(slope_ratio) * modulus
 
 
-def rough_on_smooth(modulus, roughness_group, slope_ratio):
+def rough_on_smooth(modulus, roughness_group, slope_ratio, summit_height=0.0):
     """Factor of `greenwood_williamson` [Pa]: p = 4/3 E* eta beta sigma sqrt(sigma / beta) F_3/2."""
     return 4.0 / 3.0 * roughness_group * math.sqrt(slope_ratio) * modulus
 
@@ -67,18 +67,27 @@ def rough_on_smooth(modulus, roughness_group, slope_ratio):
     modulus=MODULUS,
     roughness_group=positive,
     slope_ratio=positive,
+    summit_height=finite,
     pressure=(2.5, rough_on_rough),
 )
-def greenwood_tripp(film_thickness_ratio, joint, modulus, roughness_group=0.04, slope_ratio=1e-3):
+def greenwood_tripp(
+    film_thickness_ratio,
+    joint,
+    modulus,
+    roughness_group=0.04,
+    slope_ratio=1e-3,
+    summit_height=0.0,
+):
     """Load of the asperities of two rough surfaces in a conformal joint [N].
 
     F = 5 pi / 16 K' E* R L sqrt(2 sigma / e) F_3(lambda)
     K' = 16 sqrt(2) pi / 15 (eta beta sigma)^2 sqrt(sigma / beta)
 
     modulus E* [Pa] (`contact_modulus`, not 2 E*), roughness_group eta beta sigma (0.03 to 0.05),
-    slope_ratio sigma / beta (1e-4 to 1e-2). e = c - lambda sigma is the eccentricity. From the
-    pressure K' E* F_5/2. Smooth and monotone. Source: Greenwood and Tripp, Proc. IMechE 185 (1970)
-    625; integrated over the arc.
+    slope_ratio sigma / beta (1e-4 to 1e-2). e = c - lambda sigma is the eccentricity.
+    summit_height: sum of both heights of the mean summit above the mean surface [m], taken off the
+    film. From the pressure K' E* F_5/2. Smooth and monotone. Source: Greenwood and Tripp, Proc.
+    IMechE 185 (1970) 625; integrated over the arc.
     """
     strength = rough_on_rough(modulus, roughness_group, slope_ratio)
     eccentricity = max(
@@ -86,17 +95,24 @@ def greenwood_tripp(film_thickness_ratio, joint, modulus, roughness_group=0.04, 
     )
     arc = joint.radius * math.sqrt(2.0 * joint.roughness / eccentricity)
     area = joint.length * arc
-    return 0.3125 * math.pi * strength * area * third_moment(film_thickness_ratio)
+    ratio = film_thickness_ratio - summit_height / joint.roughness
+    return 0.3125 * math.pi * strength * area * third_moment(ratio)
 
 
 @asperity(
     modulus=MODULUS,
     roughness_group=positive,
     slope_ratio=positive,
+    summit_height=finite,
     pressure=(1.5, rough_on_smooth),
 )
 def greenwood_williamson(
-    film_thickness_ratio, joint, modulus, roughness_group=0.04, slope_ratio=1e-3
+    film_thickness_ratio,
+    joint,
+    modulus,
+    roughness_group=0.04,
+    slope_ratio=1e-3,
+    summit_height=0.0,
 ):
     """Load of the asperities of a rough surface on a smooth one in a conformal joint [N].
 
@@ -111,7 +127,8 @@ def greenwood_williamson(
     )
     arc = joint.radius * math.sqrt(2.0 * joint.roughness / eccentricity)
     strength = 0.375 * math.pi * rough_on_smooth(modulus, roughness_group, slope_ratio)
-    return strength * joint.length * arc * second_moment(film_thickness_ratio)
+    ratio = film_thickness_ratio - summit_height / joint.roughness
+    return strength * joint.length * arc * second_moment(ratio)
 
 
 # --- flow factors, for film models that solve a Reynolds equation

@@ -210,6 +210,17 @@ def test_lanes_agree(tmp_path):
         assert sweep.metrics["joint_B_force_max"][row] == pytest.approx(peak, rel=2e-3)
 
 
+@pytest.mark.parametrize("law", [cl.greenwood_tripp, cl.greenwood_williamson])
+def test_summits_above_the_mean_surface(law):
+    """They take their height off the film: the load at h is that of others at h - height, but for
+    the arc, which goes by the eccentricity (1 %).
+    """
+    joint = FilmJoint(0.01, 1e-4, 0.02, 0.005, 0.8e-6)
+    high, low = law(modulus=1e11, summit_height=0.6e-6), law(modulus=1e11)
+    for ratio in (-1.0, 0.5, 2.0, 4.0):
+        assert high(ratio, joint) == pytest.approx(low(ratio - 0.75, joint), rel=0.01)
+
+
 def test_a_run_says_where_it_is_elastic(typed, tmp_path):
     """M and L of the thinnest film, regime and film over rigid film: printed, and in the report.
     M, L and the ratio of the films are those of the law at that load and speed (rounding).
