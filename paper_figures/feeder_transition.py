@@ -7,6 +7,8 @@ Answers: Jin et al. (2023), the transitional model itself, whose thresholds and 
 were not in the part we had. Three choices are open: the start of contact, the datum of its
 penetration, and the closing rate of the film where its gap is held.
 
+Between elastic surfaces (the default) two of them need no choice: film and contact meet at one gap.
+
 Reproduced: largest force in joint B at 300 rpm, by thin oils and two clearances, for every choice.
 Load sharing, which has no threshold, is the reference. Choices: squeeze rate of the held film
 (full, or that of a gap that stands still). Datum of contact (the threshold mixed, the wall as in
@@ -36,7 +38,9 @@ REFERENCE = "load sharing"
 #: choices of the transition: name -> parameters of the case
 CHOICES = {
     REFERENCE: {"transition": "load_sharing"},
-    "fuzzy": {},
+    "load sharing, elastic": {"transition": "load_sharing", "elastic": "true"},
+    "fuzzy, elastic": {},
+    "fuzzy, rigid": {"elastic": "false"},
     "held film does not squeeze": {"transition": "fuzzy(squeeze=0)"},
     "contact from the threshold full": {"transition": "fuzzy(datum=3)"},
     "contact from the wall": {"transition": "fuzzy(datum=0)"},

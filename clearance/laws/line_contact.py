@@ -101,3 +101,11 @@ def line_contact(load, speed, joint, modulus, pressure_viscosity, rest=1e-3):
     sizes = scales(joint, modulus, pressure_viscosity)
     m, l_, unit = moes_numbers(math.log(load), math.log(resolved_speed(speed * speed, rest)), sizes)
     return math.exp(unit + four_regimes(m, l_, CENTRAL)), math.exp(unit - m) * MARTIN
+
+
+@line_contact.doubts
+def _half_spaces(joint, parameters):
+    """A layer on a rigid base deflects as columns."""
+    if joint.layer is None:
+        return None
+    return "it takes half-spaces; a joint with a layer is meant for the film elastic"

@@ -80,14 +80,14 @@ def _joint(joint: Joint, frequency: float) -> dict:
 
 
 def _line_contact(joint: Joint, frequency: float) -> str:
-    """Where elasticity begins to matter, at the surface speed of a full turn of both bodies."""
+    """Speed and load from which elasticity matters: the sum of surface speeds at the frequency."""
     radius = effective_radius(joint.radius, joint.clearance)
     stiff, speed = 2.0 * joint.elastic.values["modulus"], 2.0 * frequency * joint.radius
     root = math.sqrt(joint.viscosity * speed / (stiff * radius))
     material = joint.elastic.values["pressure_viscosity"] * stiff * math.sqrt(root)
     load = joint.length * stiff * radius * root
     return (
-        f"half-spaces: at {speed:.2g} m/s, the sum of speeds, L = {material:.2g} and M = 1 at "
+        f"half-spaces, {'beside' if joint.layer else 'without'} a layer: at {speed:.2g} m/s, the sum of speeds, L = {material:.2g} and M = 1 at "
         f"{load:.3g} N"
     )
 
