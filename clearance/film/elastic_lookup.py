@@ -46,33 +46,24 @@ DRY = (
 )
 
 
-def rounded(u):
-    """(sqrt(u^2 + 0.71^2) - u) / 2, its slope by u, without cancellation."""
-    root = math.sqrt(u * u + 0.507)
-    p = 0.5 * (root - u) if u < 0.0 else 0.2535 / (root + u)
-    return p, -p / root
-
-
 def central_film(u):
     """psi: the film in the middle over h, at u = (1 - eps) / h.
 
     Within 2 % of long bearings in rotation, C_w 1e-4 to 1e-2 (ehl.md, 6 a'). psi -> u far off the
     wall, 0.31 |u|^-1/4 behind it.
     """
-    p, _ = rounded(u)
+    root = math.sqrt(u * u + 0.507)
+    p = 0.5 * (root - u) if u < 0.0 else 0.2535 / (root + u)
     return u + p + 0.3084 * p * p / (p * p * math.sqrt(math.sqrt(p)) + 0.0526)
 
 
 def yielding(u):
-    """chi = d psi / d u: share of the journal's approach that the film in the middle feels.
+    """chi: share of the journal's approach that the film feels, at u = (1 - eps) / h.
 
-    The surface recedes before the journal by the rest.
+    The surface recedes before the journal by the rest. Read off approaches of the film with memory
+    through the wall, within 0.06; above u = 0.7 it is d psi / d u.
     """
-    p, slope = rounded(u)
-    quarter = math.sqrt(math.sqrt(p))
-    below = p * p * quarter + 0.0526
-    rise = 0.3084 * p * (2.0 * below - 2.25 * p * p * quarter) / (below * below)
-    return 1.0 + slope * (1.0 + rise)
+    return 0.5 + 0.5 * (u - 0.1) / math.sqrt((u - 0.1) * (u - 0.1) + 1.2)
 
 
 def wedge_part(eps, turning):
@@ -194,7 +185,7 @@ def elastic(
 
     F_r, F_t = c R L / kappa f_r, f_t(eps, C_w, chi C_s; beta, L/D),   beta = alpha c / kappa
     C_w = 6 mu w R^2 kappa / c^3,   C_s = 12 mu eps' R^2 kappa / c^3
-    chi = d psi / d u,   u = (1 - eps) / h   (see film/elastic_lookup.py)
+    u = (1 - eps) / h,   chi(u): see `yielding`
 
     liner kappa [m/Pa], pressure_viscosity alpha [1/Pa]: of the joint's layer, material and
     lubricant by default. follows: 1 where the surface recedes before the journal by 1 - chi of its

@@ -2,7 +2,7 @@
 
 Each node is the mean of two meshes whose error of second order cancels. Their cells are smaller
 towards the thinnest film and towards the ends. A state that does not settle is drawn from its
-neighbours.
+neighbours. Thickening oil that is squeezed too hard has no steady film: there the last one stands.
 """
 
 import math
@@ -197,8 +197,11 @@ class Films:
             state = self.state(x, third, angle)
             if (values := self.solve(*state, third)) is not None:
                 rows[i] = self.relative(*state, third, values)
+            elif self.key.beta > 0.0:  # no film of Barus' oil is squeezed so hard
+                break
             rows[i, : self.key.faded] *= fade(-elastic.place(state[0], third)[0])
         rows[0, : self.key.faded] = 0.0
+        rows[0] = np.nan_to_num(rows[0])
         settled, at = np.isfinite(rows[:, 2]), np.arange(count)
         return np.column_stack([np.interp(at, at[settled], row[settled]) for row in rows.T])
 

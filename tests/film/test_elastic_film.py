@@ -13,6 +13,7 @@ import pytest
 
 import clearance as cl
 from clearance.film import elastic_lookup as elastic
+from clearance.film.conserving import MemoryFilm
 from clearance.film.elastic import key_of
 from clearance.film.elastic_table import ElasticKey, Films, of_numbers, rigid_numbers
 from clearance.film.table import table
@@ -107,13 +108,13 @@ class TestLimits:
     @pytest.mark.parametrize("seed", few_of(range(4), 1))
     def test_no_jump(self, tiny, seed):
         """Over lines through the range, its ends and beyond, the slopes explain the change of the
-        force: within 2 % of the largest on each of 4000 steps.
+        force: within 2 % of the largest on each of 1200 steps.
         """
         exact = differentiated(elastic.elastic, (0, 1, 2), KINDS)
         rng = np.random.default_rng(seed)
-        for _ in range(4):
+        for _ in range(2):
             (e, s, w), (f, t, v) = rng.uniform([0.2, -1.0, -1.0], [1.8, 1.0, 1.0], (2, 3))
-            path = np.linspace([e, 0.03 * s**3, 0.1 * w**3], [f, 0.03 * t**3, 0.1 * v**3], 4001)
+            path = np.linspace([e, 0.03 * s**3, 0.1 * w**3], [f, 0.03 * t**3, 0.1 * v**3], 1201)
             rows = np.array([exact(*state, *rest(tiny)) for state in path])
             by = rows[:, 3:].reshape(-1, 3, 3)
             foreseen = 0.5 * np.einsum("ijk,ik->ij", by[1:] + by[:-1], np.diff(path, axis=0))
@@ -124,14 +125,34 @@ class TestLimits:
 
 class TestFilm:
     def test_central_film(self):
-        """psi and chi of long bearings in rotation (ehl.md): 2 %, and 0.03."""
+        """psi of long bearings in rotation (ehl.md): 2 %."""
         rows = ((-7.96, 0.2), (-3.17, 0.269), (-0.79, 0.431), (0.0, 0.615), (0.79, 1.019))
         for u, film in (*rows, (1.26, 1.41), (2.0, 2.06)):
             assert elastic.central_film(u) == pytest.approx(film, rel=2e-2)
-        for u, share in ((1.189, 0.84), (0.396, 0.51), (-0.396, 0.23), (-1.98, 0.07)):
-            assert elastic.yielding(u) == pytest.approx(share, abs=3e-2)
-            slope = (elastic.central_film(u + 1e-6) - elastic.central_film(u - 1e-6)) / 2e-6
-            assert elastic.yielding(u) == pytest.approx(slope, rel=1e-6)
+
+    def test_yielding(self):
+        """chi: all far off the wall, half at it, next to nothing behind it. In between it is what
+        makes a steady film as strong as that with memory, which approaches: 0.08.
+        """
+        films, wedge, squeeze = Films(TINY), 1e-2, 1e-3
+        film = MemoryFilm(films.bearing, (48, 4), films.liner, False, grading=(0.4, 2.0))
+        spin, rate = wedge / (6.0 * films.unit), squeeze / (12.0 * films.unit)
+        for eps in np.linspace(0.7, 1.15, 46):
+            film.commit(eps, 0.0, rate, 0.0, spin, 0.01 / rate)
+            if eps > 0.8:
+                moving = film.trial(eps + 0.01, 0.0, rate, 0.0, spin, 0.01 / rate)[0, 0]
+                shares = np.linspace(0.0, 1.2, 7)
+                loads = [
+                    MemoryFilm(
+                        films.bearing, (48, 4), films.liner, False, grading=(0.4, 2.0)
+                    ).steady(eps + 0.01, 0.0, spin, share * rate)[0]
+                    for share in shares
+                ]
+                right = np.interp(-moving, -np.array(loads), shares)
+                turning = (eps + 0.01) * wedge / 12.0
+                part = elastic.wedge_part(eps + 0.01, turning)
+                u = (0.99 - eps) / math.exp(elastic.size(squeeze / 12.0, part))
+                assert elastic.yielding(u) == pytest.approx(right, abs=0.08)
 
     def test_of_joint(self):
         """Liner and oil are those of the joint: 2 mm of babbitt and the lubricant's coefficient."""
