@@ -167,6 +167,11 @@ class Group:
             mechanism.structure, self.shape, watch, channels, method, self.width, folding
         )
 
+    @property
+    def numbers(self) -> np.ndarray:
+        """Parameter vector that it was made with, with the tables behind."""
+        return self.data[:-BLOCK]
+
     # --- what the driver is given
     def _where(self) -> np.ndarray:
         """Rows that points set, in the order of `_numbers`."""

@@ -16,6 +16,7 @@ from clearance.lanes.lane_metrics import LaneTurns, Wanted
 from clearance.lanes.point_numbers import NotForLanes
 from clearance.metrics.by_turn import Series, every
 from clearance.results.extremes import BOTH
+from clearance.results.record import Record
 from clearance.run.diagnosis import doubtful
 from clearance.run.run import Run
 from clearance.stepping import status
@@ -39,16 +40,9 @@ class Starts:
         record = standing(run)
         if record.uneven:
             raise NotForLanes("a drive may stay behind its nominal speed")
-        self.run, self.wanted = run, Wanted(record, mechanism.layout.output, {})
-        every(self.wanted)
-        for joint in mechanism.scene.clearance_joints:
-            self.wanted.located(f"{joint.key}/gap_min")
-        for path in ("energy/kinetic", "energy/residual"):
-            for end in BOTH if path in mechanism.layout.output else ():
-                self.wanted.located(f"{path}_{end}", searched=False)
-        about = self.wanted.watch(0, 0), self.wanted.channels, np.zeros((0, 2))
         width = next((w for w in WIDTHS if w >= len(starts)), natural_width())
-        group = Group(mechanism, method, run.rtol, 2, *about, min(width, natural_width()))
+        self.run = run
+        self.wanted, group = group_of(run, record, min(width, natural_width()))
         self.points = points_of(run, np.asarray(starts, float).T)
         self.going_on = GoingOn(group, self.points)
 
@@ -86,6 +80,27 @@ class Starts:
         return bool((most - least).max() > doubtful(self.run.solver.rtol) * turned_over)
 
 
+def group_of(run: Run, record: Record, width: int) -> tuple[Wanted, Group]:
+    """Outputs that runs of a scene are about, and their group; both are those of earlier runs of it.
+
+    record: of one that stands at its start.
+    """
+    mechanism, method = run.mechanism, run.method.current
+    key, memory = ("starts", method, width), mechanism.memory
+    if key in memory and np.array_equal(memory[key][1].numbers, mechanism.par):
+        return memory[key]
+    wanted = Wanted(record, mechanism.layout.output, {})
+    every(wanted)
+    for joint in mechanism.scene.clearance_joints:
+        wanted.located(f"{joint.key}/gap_min")
+    for path in ("energy/kinetic", "energy/residual"):
+        for end in BOTH if path in mechanism.layout.output else ():
+            wanted.located(f"{path}_{end}", searched=False)
+    about = wanted.watch(0, 0), wanted.channels, np.zeros((0, 2))
+    memory[key] = wanted, Group(mechanism, method, run.rtol, 2, *about, width)
+    return memory[key]
+
+
 def points_of(run: Run, starts: np.ndarray) -> Points:
     """Runs with the numbers of one from several starts, (states, starts)."""
     state, mechanism, count = run.state, run.mechanism, starts.shape[1]
@@ -107,4 +122,5 @@ def points_of(run: Run, starts: np.ndarray) -> Points:
         turn=alike(mechanism.scene.turn)[0],
         frequency=alike(mechanism.frequency)[0],
         own=np.zeros((0, count)),
+        rtol=run.rtol,
     )
