@@ -81,7 +81,7 @@ class Starts:
 
 
 def group_of(run: Run, record: Record, width: int) -> tuple[Wanted, Group]:
-    """Outputs that runs of a scene are about, and their group; both are those of earlier runs of it.
+    """Outputs of runs of a scene that are looked at, and their group: those of its earlier runs.
 
     record: of one that stands at its start.
     """
