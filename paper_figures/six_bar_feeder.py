@@ -6,8 +6,8 @@ Answers: Jin et al. (2023), the joint in which film and contact share the load b
 the lubrication state. It is one page of the content of a run, as the first command of the README
 draws it.
 
-Reproduced: the transition model: memberships of the film thickness ratio in full film, mixed and
-dry weigh film and contact. Six turns begin with the journal in the middle of its clearance. The
+Reproduced: the transition model: memberships of the film thickness ratio of elastic surfaces in
+full film, mixed and dry weigh film and contact. Six turns begin with the journal in the middle of its clearance. The
 page has slider acceleration, drive torque, joint forces, the journal's path and its regimes, and
 the share of the load on the solids.
 

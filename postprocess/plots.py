@@ -469,12 +469,15 @@ def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
     """Film thickness ratio over the last turns of a mixed joint, coloured by its state, and who
     carries the load.
 
-    Dotted: the thresholds dry, mixed, full of the joint's transition law, where these are
+    Between elastic surfaces it is that of their film; the nominal gap's is dashed. Dotted: the thresholds dry, mixed, full of the joint's transition law, where these are
     parameters of it.
     """
     time, channels = result.time, result.joint(joint)
     late = time >= time[-1] - turns * (result.turn or time[-1] / 4.0)
     ratio, state = channels.film_thickness_ratio[late], _states(result, joint)[late]
+    if f"joints/{joint}/elastic_film" in result:
+        axes.plot(time[late], ratio, color="0.6", lw=0.6, ls="--")
+        ratio = channels.elastic_film[late] / result.described(joint)["roughness"]
     _coloured(
         axes,
         time[late],
