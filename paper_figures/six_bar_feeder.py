@@ -7,9 +7,9 @@ the lubrication state. It is one page of the content of a run, as the first comm
 draws it.
 
 Reproduced: the transition model: memberships of the film thickness ratio of elastic surfaces in
-full film, mixed and dry weigh film and contact. Six turns begin with the journal in the middle of its clearance. The
-page has slider acceleration, drive torque, joint forces, the journal's path and its regimes, and
-the share of the load on the solids.
+full film, mixed and dry weigh film and contact. Six turns begin with the journal in the middle of
+its clearance. The page has slider acceleration, drive torque, joint forces, the journal's path and
+its regimes, and the share of the load on the solids.
 
 Assumed: all lengths, masses and inertias, and the joint's size (parameter set feeder-A).
 Half-cosine memberships with thresholds 0.4, 1 and 3, oil of 5 mPa s so that the film gets thin. The

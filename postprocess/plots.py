@@ -469,8 +469,8 @@ def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
     """Film thickness ratio over the last turns of a mixed joint, coloured by its state, and who
     carries the load.
 
-    Between elastic surfaces it is that of their film; the nominal gap's is dashed. Dotted: the thresholds dry, mixed, full of the joint's transition law, where these are
-    parameters of it.
+    Between elastic surfaces it is that of their film; the nominal gap's is dashed. Dotted: the
+    thresholds dry, mixed, full of the joint's transition law, where these are parameters of it.
     """
     time, channels = result.time, result.joint(joint)
     late = time >= time[-1] - turns * (result.turn or time[-1] / 4.0)

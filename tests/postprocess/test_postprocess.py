@@ -161,6 +161,7 @@ def test_regimes_show_the_thresholds_of_the_scene(tmp_path):
         "transition": "fuzzy",
         "thresholds": (0.05, 0.3, 1.2),
         "viscosity": 0.002,
+        "elastic": "false",
     }
     path = cl.simulate(
         cl.load_case("six_bar_feeder", speed=cl.rpm(600), **options), turns=0.3

@@ -398,7 +398,7 @@ def test_dry_and_mixed_contacts(tmp_path):
     assert page.row("largest peak force")[1] == f"{shown} N"
     law = "lankarani_nikravesh: stiffness 6.6102 × 10¹⁰ N/m^1.5, restitution 0.9"
     assert page.row("contact")[1].startswith(law)
-    thin = {"model": "mixed", "viscosity": 0.002, "speed": cl.rpm(600)}
+    thin = {"model": "mixed", "viscosity": 0.002, "speed": cl.rpm(600), "elastic": "false"}
     mixed, page = ran("six_bar_feeder", tmp_path, parameters=thin, samples_per_turn=100)
     assert mixed.warnings
     assert all(("box doubt", w) in page.boxes for w in mixed.warnings)
