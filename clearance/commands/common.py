@@ -68,7 +68,8 @@ def seed_of(options) -> int:
 def add_case(
     command: argparse.ArgumentParser,
     metavar: str = "NAME=VALUE",
-    text: str = "a case parameter, such as speed=300rpm or clearance=0.1mm; one -p for each",
+    text: str = "a case parameter, such as speed=300rpm, clearance=0.1mm or clearance=H7/f7; one "
+    "-p for each",
 ) -> None:
     """The case and its parameters, for scene_of; metavar, text: of a parameter."""
     command.add_argument(

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from clearance.commands.common import (
     DONE,
+    FAILED,
     ProgressBar,
     add_case,
     add_command,
@@ -113,7 +114,8 @@ def run(options) -> int:
             progress=shown,
         )
     except KeyboardInterrupt:
-        return complain(options, "interrupted; with -o the same command goes on where this stopped")
+        text = "interrupted; with -o the same command goes on where this stopped"
+        return complain(options, text, FAILED)
     finally:
         if shown is not None:
             shown.close()

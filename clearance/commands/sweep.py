@@ -31,7 +31,8 @@ SHOWN = 12  # metrics in the summary
 EXAMPLES = """\
 -p NAME=VALUES takes LO:HI:N (N values), LO:HI:N:log, or a comma list; several of them make a
 grid. Parameters whose values have commas themselves (joints, thresholds) take lists with
-semicolons: joints="B;B,C;B,C,E". With --sample N ranges are LO:HI or LO:HI:log.
+semicolons: joints="B;B,C;B,C,E". A fit, clearance=H7/f7, has its limits and its mean. With
+--sample N ranges are LO:HI or LO:HI:log.
 
   clearance sweep six_bar_feeder -p speed=100rpm:600rpm:20 -p clearance=0.05mm:0.5mm:20 \\
     --turns 4 -o map

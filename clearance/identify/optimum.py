@@ -190,7 +190,8 @@ class Point:
         for name, size in self.design.tolerances.items():
             k = next((k for k, p in enumerate(self.design.free) if p.name == name), None)
             if k is None:
-                slope = self._along(varied(self.scene, name, size))
+                at = abs(varied(self.scene, name, size).value)
+                slope = self._along(varied(self.scene, name, max(at, size)))
             else:
                 free = self.design.free[k]
                 by = free.value(float(self.x[k])) if free.positive else free.size
