@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from clearance.identify.records import AXES
+from clearance.identify.trials import AXES
 
 GIVES = 0.05  # share of the power's size from which energy given counts as more than noise
 WORST = 1.0  # NRMSE of a model without torque
