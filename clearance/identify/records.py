@@ -38,6 +38,7 @@ import numpy as np
 from clearance.files.replacing import replacing
 from clearance.files.texts import unpacked_text
 from clearance.identify.trials import (
+    AXES,
     COLUMNS,
     HEADINGS,
     LABELS,
