@@ -38,9 +38,9 @@ def bearing():
     return cl.Scene(joint, cl.Force(shaft, 0.0, -LOAD), drive, gravity=(0.0, 0.0), name="bearing")
 
 
-def eccentricity(clearance):
+def eccentricity(clearance, length=LENGTH):
     """Over the clearance, where Ocvirk's film carries the load."""
-    stiff = VISCOSITY * SPEED * LENGTH**3 * RADIUS / (4.0 * clearance**2)
+    stiff = VISCOSITY * SPEED * length**3 * RADIUS / (4.0 * clearance**2)
 
     def rest(e):
         root = math.sqrt(16.0 * e * e + math.pi**2 * (1.0 - e * e))
@@ -131,15 +131,16 @@ def test_a_front_of_two_goals(tmp_path):
 
 @pytest.mark.slow
 def test_a_share_of_machines(tmp_path):
-    """The margin is the quantile times the slope of the ratio times the deviation, by the closed
-    form to 1 %; of machines drawn by chance the share keeps the limit, within its interval.
+    """The margin is the quantile times the deviation of the ratio, by slopes of the closed form to
+    1 %, also of a parameter that is not free. Of machines drawn by chance the share keeps the
+    limit, within its interval.
     """
     best = optimize(
         bearing(),
         BOUNDS,
         minimize="loss_mean",
         limits=f"{RATIO} < 0.97",
-        tolerance={CLEARANCE: "2um"},
+        tolerance={CLEARANCE: "2um", "joints/B/length": "0.1mm"},
         share="95%",
         starts=1,
         folder=tmp_path,
@@ -147,10 +148,14 @@ def test_a_share_of_machines(tmp_path):
         settle=5.0,
     )
     c = best.values[CLEARANCE]
-    slope = (eccentricity(c * 1.0001) - eccentricity(c * 0.9999)) / (0.0002 * c)
+    by_clearance = eccentricity(c * 1.01) - eccentricity(c * 0.99)
+    by_length = eccentricity(c, LENGTH * 1.01) - eccentricity(c, LENGTH * 0.99)
+    deviation = math.hypot(by_clearance / 0.02 * 2e-6 / c, by_length / 0.02 * 1e-4 / LENGTH)
     (limit,) = best.document()["limits"]
-    assert limit["margin"] == pytest.approx(1.6449 * slope * 2e-6, rel=0.01)
+    assert limit["margin"] == pytest.approx(1.6449 * deviation, rel=0.01)
     assert limit["kept"]["low"] <= 0.95 <= limit["kept"]["high"]
+    swept = best.mapped(tmp_path / "map", along=5, workers=1)
+    assert best.plot(tmp_path / "map.png", swept).stat().st_size > 0
 
 
 def test_an_interrupted_search_goes_on(tmp_path, monkeypatch):
@@ -253,7 +258,8 @@ def test_contact_that_starts_with_a_touch_is_searched_without_slopes():
 @pytest.mark.slow
 def test_a_feeder_of_three_parameters_and_maps_of_it(tmp_path):
     """Clearance, oil and speed of the feeder: no point of a map of the box that keeps the limits is
-    better; the best of a map a thousandth around is within 1e-4, two of its cells.
+    better; the best of a map a thousandth around is within 2e-4, two of its cells. A map of 60^3
+    points takes some 16 times as long as four starts, and its best is 3 % worse.
     """
     scene = cl.load_case("six_bar_feeder", model="lubricated")
     limits = {"joint_B_film_thickness_ratio_min": 10.0, "slider_acceleration_max": 45.0}
