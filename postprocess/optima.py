@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from clearance.postprocess import figures
+from clearance.postprocess.labels import shown_in
 from clearance.postprocess.maps import edges
 from clearance.postprocess.pages import Page, element, number, points, quantity, table
 
@@ -34,40 +35,44 @@ def _map(figure, axes, optimum: Optimum, swept: Sweep) -> dict[str, dict]:
     """Cells of the goal and lines of the limits, or curves of both."""
     design, goal = optimum.design, optimum.goals[0]
     free = design.free[: len(swept.shape)]
-    places = [np.array(swept.definition.points.along[p.name]) for p in free]
     label = figures.with_units(goal.name, design.known[goal.name].units)
-    values = metric_of(swept, goal.name, design).reshape(swept.shape)
-    names = [figures.with_units(p.name, p.units) for p in free]
-    here = [optimum.values[p.name] for p in free]
-    scales = ["log" if p.positive else "linear" for p in free]
-    axes.set_xscale(scales[0])
+    tables = {
+        n: metric_of(swept, n, design).reshape(swept.shape).T
+        for n in (goal.name, *(i.name for i in optimum.limits))
+    }
+    places, here, names = [], [], []
+    for p in free:
+        values = np.array(swept.definition.points.along[p.name])
+        units, factor = shown_in(p.units, values)
+        places.append(factor * values)
+        here.append([factor * optimum.values[p.name]])
+        names.append(figures.with_units(p.name, units))
+    values, marks = tables[goal.name], {}
     if len(free) == 1:
         figures.line(axes, places[0], values, **figures.stroke(0, 1))
-        axes.plot(here, [optimum.metrics[goal.name]], **BEST)
-        inside = np.ones(len(values), bool)
-        for limit in optimum.limits:
-            reached = metric_of(swept, limit.name, design)
-            inside &= np.array([limit.room(v) >= 0.0 for v in reached])
+        rooms = [[limit.room(v) for v in tables[limit.name]] for limit in optimum.limits]
+        inside = np.all(np.array(rooms) >= 0.0, axis=0)
         figures.line(axes, places[0], np.where(inside, values, np.nan), lw=3.0, color="0.2")
-        figures.finish(axes, label, names[0], legend=False)
         axes.set_title("thick: limits hold", fontsize="small")
-        return {}
-    borders = [edges(v, p.positive) for v, p in zip(places, free, strict=True)]
-    norm = figures.scale(values, figures.wide(values))
-    mesh = figures.cells(axes, tuple(borders), values.T, norm)
-    axes.set_yscale(scales[1])
-    marks = {}
-    for k, limit in enumerate(optimum.limits):
-        table = metric_of(swept, limit.name, design).reshape(swept.shape).T
-        level = limit.value + limit.sign * limit.margin
+        here.append([optimum.metrics[goal.name]])
+        names.append(label)
+    else:
+        borders = tuple(edges(v, p.positive) for v, p in zip(places, free, strict=True))
+        mesh = figures.cells(axes, borders, values, figures.scale(values, figures.wide(values)))
+        figures.colour_bar(figure, mesh, axes, label)
+    for which, place, p in zip("xy", places, free, strict=False):
+        if p.positive:
+            getattr(axes, f"set_{which}scale")("log")
+            figures.plain_decades(getattr(axes, f"{which}axis"), place[0], place[-1])
+    for k, limit in enumerate(optimum.limits if len(free) == 2 else ()):
+        table, level = tables[limit.name], limit.value + limit.sign * limit.margin
         inside = table[np.isfinite(table)]
         if inside.size and inside.min() < level < inside.max():
             style = {"color": "black", "lw": 1.4, "ls": ("-", "--", ":", "-.")[k % 4]}
             figures.border(axes, tuple(places), table, level, style)
             marks[limit.text] = style
-    axes.plot(here[:1], here[1:], **BEST)
+    axes.plot(*here, **BEST)
     figures.finish(axes, names[1], names[0], legend=False)
-    figures.colour_bar(figure, mesh, axes, label)
     return marks
 
 
