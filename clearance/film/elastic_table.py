@@ -2,7 +2,7 @@
 
 Each node is the mean of two meshes whose error of second order cancels. Their cells are smaller
 towards the thinnest film and towards the ends. A state that does not settle is drawn from its
-neighbours. Thickening oil that is squeezed too hard has no steady film: there the last one stands.
+neighbours. So is oil that thickens and is squeezed too hard for a steady film.
 """
 
 import math
@@ -108,6 +108,7 @@ class ElasticKey(Inputs):
                     values[:, j, k] = films.column(third, angle, n_x)
                     bar.update()
         cells_x, cells_h, cells_a = self.cells
+        fill(values)
         fit = quadratic(values, 0, cells_x, np.zeros(values[0].size))
         fit = quadratic(quadratic(fit, 1, cells_a, "even"), 2, cells_h, "free")
         fit[:2, :, :, : self.faded] = 0.0  # exactly: the centre has no direction
@@ -148,6 +149,18 @@ def quadratic(values: np.ndarray, axis: int, cells: int, begin) -> np.ndarray:
         matrix[row, i : i + 2] = -1.0, 1.0
         right[row] = 0.5 * (cubic[k + 2] - cubic[k]) * (count - 1) / cells
     return np.moveaxis(solve(matrix, right).reshape(-1, *moved.shape[1:]), 0, axis)
+
+
+def fill(values: np.ndarray) -> None:
+    """Give nodes without a film what their neighbours over alpha have, or those over x."""
+    for axis in (1, 0):
+        lines = np.moveaxis(values, axis, 0)
+        for index in np.ndindex(lines.shape[1:]):
+            line = lines[(slice(None), *index)]
+            empty = ~np.isfinite(line)
+            if empty.any() and not empty.all():
+                places = np.flatnonzero(empty), np.flatnonzero(~empty)
+                line[empty] = np.interp(*places, line[~empty])
 
 
 def of_numbers(data: np.ndarray, eps: float, radial: float, turning: float) -> tuple:
@@ -197,13 +210,11 @@ class Films:
             state = self.state(x, third, angle)
             if (values := self.solve(*state, third)) is not None:
                 rows[i] = self.relative(*state, third, values)
-            elif self.key.beta > 0.0:  # no film of Barus' oil is squeezed so hard
+            elif self.key.beta > 0.0:  # no film of thickening oil is squeezed so hard
                 break
             rows[i, : self.key.faded] *= fade(-elastic.place(state[0], third)[0])
         rows[0, : self.key.faded] = 0.0
-        rows[0] = np.nan_to_num(rows[0])
-        settled, at = np.isfinite(rows[:, 2]), np.arange(count)
-        return np.column_stack([np.interp(at, at[settled], row[settled]) for row in rows.T])
+        return rows
 
     def relative(self, eps, radial, turning, third, values) -> tuple[float, ...]:
         """r_N, r_t, r_K and the logarithms of both films over theirs, from solved values."""
@@ -230,9 +241,11 @@ class Films:
                 for mesh in ((n, nz), (n // 2, nz // 2))
             ]
         motion = 2.0 * turning / (self.unit * max(eps, 1e-2)), radial / self.unit
-        fine, coarse = (self._on(film, eps, *motion) for film in self.meshes[third])
-        if fine is None or coarse is None:
-            return coarse if fine is None else fine
+        film, twin = self.meshes[third]
+        if (fine := self._on(film, eps, *motion)) is None:
+            return None
+        if (coarse := self._on(twin, eps, *motion)) is None:
+            return fine
         mean = (4.0 * fine - coarse) / 3.0
         return np.where(mean * fine > 0.0, mean, fine)
 

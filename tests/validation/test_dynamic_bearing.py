@@ -21,10 +21,8 @@ ORBIT = {"source": "exact short film without mass", "kind": "independent"}
 CRANK, SPIN = 209.4395, 418.879  # rad/s
 RADIUS, CLEARANCE, LENGTH, OIL = 31.75e-3, 35.56e-6, 25.4e-3, 4.16e-3
 LINER = 2e-14  # m/Pa
-ROWS = [
-    [float(cell) for cell in row]
-    for row in list(csv.reader(Path(__file__).with_name("dynamic_bearing_load.csv").open()))[1:]
-]
+TEXT = Path(__file__).with_name("dynamic_bearing_load.csv").read_text()
+ROWS = [[float(cell) for cell in row] for row in list(csv.reader(TEXT.splitlines()))[1:]]
 ANGLES, LOADS = np.array(ROWS).T
 SLOPES = np.diff([*LOADS, LOADS[0]]) / np.diff([*ANGLES, ANGLES[0] + 720.0])
 #: at an angle, the slope changes by so much
