@@ -452,7 +452,7 @@ class _Search:
             add_to_journal(self.journal, self.key, rows)
         self.done += 1
         if self.progress is not None:
-            total = self.starts + (self.designs if len(self.goals) == 2 else 0)
+            total = self.starts + (self.designs - 2 if len(self.goals) == 2 else 0)
             self.progress(min(self.done / total, 1.0))
         return self.rows[self.done - 1]
 

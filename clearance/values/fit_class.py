@@ -117,6 +117,9 @@ class Fitted(float):
         value.fit = fit
         return value
 
+    def __getnewargs__(self):
+        return (self.fit,)
+
 
 def is_fit_class(text: object) -> bool:
     """True for words of a fit, such as "H7/f7" or "H7/f7@20mm"."""

@@ -306,3 +306,16 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     ):
         assert main([*call, *options]) == 2
         assert message in capsys.readouterr().err
+
+
+def test_an_interrupt_has_one_line(monkeypatch, capsys):
+    """Exit status 1, and how to go on."""
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("clearance.identify.designs.optimize", interrupted)
+    call = ["optimize", "slider_crank", "-p", "clearance=0.3mm:0.6mm"]
+    call += ["--minimize", "loss_mean"]
+    assert main(call) == 1
+    assert "with -o the same command goes on" in capsys.readouterr().err

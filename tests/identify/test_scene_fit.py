@@ -438,3 +438,16 @@ def test_intervals_of_a_lubricated_joint_hold_the_truth():
         pairs = zip(verdict(problem, best, [best]).intervals, (5e-4, 0.4), strict=True)
         inside += [i.low <= value <= i.high for i, value in pairs]
     assert inside.min() >= 0.86 * 60, inside
+
+
+def test_an_interrupt_has_one_line(monkeypatch, capsys):
+    """Exit status 1, and how to go on."""
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("clearance.identify.scene_parameters.fit", interrupted)
+    call = ["fit", "slider_crank", "-p", "clearance=0.3mm:0.6mm"]
+    call += ["--data", "bench.csv", "--channels", "bodies/slider/ax"]
+    assert main(call) == 1
+    assert "with -o the same command goes on" in capsys.readouterr().err

@@ -2,6 +2,7 @@
 
 import json
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -127,6 +128,8 @@ def test_cases_take_a_fit_at_the_diameter_of_their_joint(case, nominal):
     scene = cl.load_case(case, model="dry", clearance="H7/f7")
     (joint,) = scene.clearance_joints
     assert joint.clearance == fit_class("H7/f7", nominal).mean == pytest.approx(20.5e-6)
+    value = pickle.loads(pickle.dumps(scene.parameters["clearance"]))
+    assert value.fit == fit_class("H7/f7", nominal)  # workers get scenes
     with pytest.raises(ValueError, match=r"not a number"):
         cl.load_case(case, model="dry", speed="H7/f7")
     with pytest.raises(ValueError, match=r"k6 interferes"):
