@@ -54,6 +54,7 @@ class Journal:
         self.thickness_ratio = self.contact_force = self.side_flow = 0.0
         self.depth = None  # penetration whose zero is the contact's start and end: past the gap's
         self.film_force = 0.0, 0.0
+        self.column = None  # gap in the middle of a film on yielding surfaces
         if joint.roughness is not None:
             self.thickness_ratio = self.gap / m.number(joint, "roughness")
             text = "nominal minimum film thickness over composite roughness"
@@ -162,6 +163,8 @@ class Journal:
         )
         if share.elastic is not None:
             pressure = self._flattened(pressure)
+        if self.column is not None:  # what it yields by, over its compliance
+            pressure = (self.column - self.gap) / m.number(joint, "film/liner")
         text = "film force on the journal {} the line of centres"
         for name, way, value in zip(
             ("radial", "tangential"), ("along", "across"), self.film_force, strict=True
@@ -238,6 +241,8 @@ class Journal:
             self.w.show(self.joint, name, *output)
         if "side_flow" in shown:
             *_, self.side_flow = shown["side_flow"]
+        if "film_middle" in shown:
+            *_, self.column = shown["film_middle"]
 
     def _with_memory(self, eccentricity, closing, turning) -> tuple:
         """Radial and tangential force and shear of a film that is fixed to the bearing, in the

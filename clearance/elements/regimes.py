@@ -67,7 +67,7 @@ class Regime:
                 f"carry a large share, which {law.name} has from an asperity law alone: give one, "
                 "such as greenwood_tripp"
             )
-        elastic = joint.elastic is not None
+        elastic = joint.elastic is not None or joint.film.law.through_wall
         if self.piezoviscous_number > PIEZOVISCOUS and not elastic:
             number = self.piezoviscous_number
             warnings.append(
