@@ -60,6 +60,7 @@ FRONT = 20  # designs of a front
 ROUNDS = 6  # of margins, at most
 STAYS = (1e-6, 2e-3)  # of a limit and of its margin, by which this may still change
 APART = 1e-2  # of the width of the bounds, between distinct optima
+FLAT = 1e-6  # of the goal, by which a ridge between optima is higher
 ALONG = 11  # values of a parameter on the map
 CHECKED = 1024  # runs of the check, at most
 DOCUMENT, JOURNAL, RUN = "optimum.json", "starts.json", "run.h5"
@@ -122,13 +123,26 @@ class Optimum:
     def others(self) -> list[Solved]:
         """Other optima that starts ended in."""
         # without margins, which move all of them
-        width, apart = np.ptp(self.design.ends, axis=1), [self.ends[0]]
+        apart = [self.ends[0]]
         for end in self.ends:
-            if end.shortfall <= KEPT and end.smooth:
-                steps = [np.abs(end.x - k.x) / width for k in apart]
-                if min(float(s.max()) for s in steps) > APART:
-                    apart.append(end)
+            good = end.shortfall <= KEPT and end.smooth
+            if good and all(self._ridge(end, other) for other in apart):
+                apart.append(end)
         return apart[1:]
+
+    def _ridge(self, first: Solved, second: Solved) -> bool:
+        """True for ends that are far apart with worse designs between them: no flat valley."""
+        design, sign = self.design, self.goals[0].sign
+        if np.max(np.abs(first.x - second.x) / np.ptp(design.ends, axis=1)) < APART:
+            return False
+        middle = design.judged(0.5 * (first.x + second.x), self.goals[0], self.bare)
+        worse = max(sign * first.goal, sign * second.goal)
+        return middle.shortfall > KEPT or sign * middle.goal > worse + FLAT * abs(worse)
+
+    @property
+    def bare(self) -> tuple[Limit, ...]:
+        """Limits without margins."""
+        return tuple(replace(i, margin=0.0) for i in self.limits)
 
     @cached_property
     def words(self) -> list[str]:

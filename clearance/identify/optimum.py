@@ -56,6 +56,7 @@ MOST_WITHOUT = 40  # evaluations a parameter of the search without slopes
 RADIUS = (0.05, 1e-6)  # of that search, first and last, over the width of the bounds
 FAILED = 10.0  # scaled goal, and shortfall of limits, of a point without a run
 SHARED = ("start", "max_step")  # options of the runs beside a point too
+NEAR = 0.25  # of the width of the bounds, between starts
 HELD = 64  # points in memory
 _LIMIT = re.compile(r"\s*([^<>=\s]+)\s*([<>])=?\s*(\S.*?)\s*$")
 
@@ -350,7 +351,9 @@ class Design(Varying):
     def starts(
         self, count: int, seed: int, goal: Goal, limits: Sequence[Limit], looked: int
     ) -> Iterator[np.ndarray]:
-        """Starts: the scene, then the best of Sobol' points between the bounds."""
+        """Starts: the scene, then the best of Sobol' points between the bounds, those that are near
+        a better one last.
+        """
         yield self.inside
         if count < 2:
             return
@@ -359,7 +362,12 @@ class Design(Varying):
             if all(math.isfinite(values.get(n, math.nan)) for n in self.wanted):
                 ends.append(Solved(x, values[goal.name], shortfall(values, limits), False))
         ends.sort(key=lambda s: s.merit(goal.sign))
-        yield from (s.x for s in ends[: count - 1])
+        apart: list[np.ndarray] = []
+        for x in (s.x for s in ends):
+            if all(np.max(np.abs(x - a) / np.ptp(self.ends, axis=1)) > NEAR for a in apart):
+                apart.append(x)
+        near = [s.x for s in ends if not any(s.x is a for a in apart)]
+        yield from [*apart, *near][: count - 1]
 
 
 class _Scaled:

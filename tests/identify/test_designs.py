@@ -101,6 +101,25 @@ def test_what_a_limit_costs():
     assert best.simulated().joint("B").eccentricity_ratio.max() <= 0.97
 
 
+def test_distinct_optima_have_a_ridge_between_them():
+    """The largest loss of a bearing is at either end of the bounds: both are optima, the smaller
+    clearance is the better. Minima that lie in one valley are one.
+    """
+    best = optimize(bearing(), BOUNDS, maximize="loss_mean", **RUN)
+    assert best.values[CLEARANCE] == pytest.approx(2e-5, rel=1e-6)
+    (other,) = best.others
+    assert best.design.values(other.x)[CLEARANCE] == pytest.approx(4e-4, rel=1e-6)
+    assert other.goal == pytest.approx(loss(4e-4), rel=1e-6)
+    flat = optimize(
+        cl.load_case("slider_crank", model="lubricated", film="short"),
+        {"clearance": "0.1mm:1mm", "viscosity": (0.05, 1.0)},
+        minimize="drive_crank_torque_rms",
+        turns=2.0,
+        starts=3,
+    )
+    assert flat.others == []
+
+
 def test_bounds_and_signs():
     """The loss grows beyond its least value: the largest is at a bound, and so is that of minus."""
     ends = [
