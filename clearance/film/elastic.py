@@ -68,17 +68,16 @@ _elastic.__module__ = __name__  # where files look for it
 
 
 @_elastic.demands
-def _stands_alone(joint, parameters):
-    """Contact is part of the film."""
-    return "carries contact itself: leave contact and transition out" if joint.contact else None
-
-
-@_elastic.doubts
-def _column(joint, parameters):
-    """Half-spaces flatten elsewhere too."""
+def _layered(joint, parameters):
+    """Contact is part of the film; half-spaces flatten elsewhere too."""
+    if joint.contact:
+        return "carries contact itself: leave contact and transition out"
     beta = parameters["pressure_viscosity"] * joint.clearance / parameters["liner"]
     if beta > HARD:
-        return f"a surface of alpha c / liner = {beta:.3g} is a line contact of half-spaces"
+        return (
+            f"needs alpha c / liner of at most {HARD:g}, got {beta:.3g}: so hard a surface is a "
+            "line contact of half-spaces; give a softer layer, or pressure_viscosity=0"
+        )
     return None
 
 

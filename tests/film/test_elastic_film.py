@@ -173,6 +173,8 @@ class TestFilm:
         key = key_of(joint.film_joint, joint.film.parameters)
         assert key.slenderness == 0.5
         assert key.beta == pytest.approx(1e-8 * 1e-5 / joint.film.values["liner"], rel=1e-3)
+        with pytest.raises(ValueError, match="line contact of half-spaces"):
+            replace(joint, film=cl.elastic_film(pressure_viscosity=1e-6))
         with pytest.raises(ValueError, match="carries contact itself"):
             replace(joint, contact=cl.winkler(), transition=cl.load_sharing(), roughness=1e-6)
 
