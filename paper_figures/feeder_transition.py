@@ -7,7 +7,7 @@ Answers: Jin et al. (2023), the transitional model itself, whose thresholds and 
 were not in the part we had. Three choices are open: the start of contact, the datum of its
 penetration, and the closing rate of the film where its gap is held.
 
-Between elastic surfaces (the default) two of them need no choice: film and contact meet at one gap.
+Between elastic surfaces two of them need no choice: film and contact meet at one gap.
 
 Reproduced: largest force in joint B at 300 rpm, by thin oils and two clearances, for every choice.
 Load sharing, which has no threshold, is the reference. Choices: squeeze rate of the held film
@@ -39,8 +39,8 @@ REFERENCE = "load sharing"
 CHOICES = {
     REFERENCE: {"transition": "load_sharing"},
     "load sharing, elastic": {"transition": "load_sharing", "elastic": "true"},
-    "fuzzy, elastic": {},
-    "fuzzy, rigid": {"elastic": "false"},
+    "fuzzy, elastic": {"elastic": "true"},
+    "fuzzy, rigid": {},
     "held film does not squeeze": {"transition": "fuzzy(squeeze=0)"},
     "contact from the threshold full": {"transition": "fuzzy(datum=3)"},
     "contact from the wall": {"transition": "fuzzy(datum=0)"},

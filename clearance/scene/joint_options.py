@@ -52,8 +52,7 @@ class JointOptions:
     memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
     asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none
         elsewhere [-]
-    elastic: of fuzzy and load_sharing: true where the film is that on elastic surfaces; auto: with
-        fuzzy, unless it states datum or squeeze or something wears [-]
+    elastic: of fuzzy and load_sharing: true where the film is that between elastic surfaces [-]
     wear: coefficient of wear of the bearings, Archard's; 0: none; needs the contact winkler, and
         in mixed joints the film short or conserving [m2/N]
     wear_journal: that of the journals [m2/N]
@@ -79,7 +78,7 @@ class JointOptions:
     thresholds: str = AUTO
     memberships: str = COSINE
     asperity: str = AUTO
-    elastic: str = AUTO
+    elastic: str = "false"
     wear: float = 0.0
     wear_journal: float = 0.0
 
@@ -141,17 +140,14 @@ class JointOptions:
             shared = law_names.transition_of(self.transition, self.thresholds, self.memberships)
             slots["transition"] = shared
             slots["asperity"] = law_names.asperity_of(self.asperity, self.transition, pair)
-            if self._elastic(shared):
+            if self._elastic():
                 slots["elastic"] = laws.line_contact()
         return slots
 
-    def _elastic(self, transition: laws.BoundLaw) -> bool:
-        """True where the film of a mixed joint is that on elastic surfaces."""
+    def _elastic(self) -> bool:
+        """True where the film of a mixed joint is that between elastic surfaces."""
         chosen = str(self.elastic).lower()  # true and false of Python too
-        law_names.one_of("elastic", chosen, (AUTO, "true", "false"))
-        states = transition.values.get("datum"), transition.values.get("squeeze")
-        wears = self.wear or self.wear_journal
-        return chosen == "true" or chosen == AUTO and states == (1.0, 1.0) and not wears
+        return law_names.one_of("elastic", chosen, ("true", "false")) == "true"
 
     def solids(self, pair: Pair, model: str) -> dict:
         """Contact and friction of a dry or mixed joint."""
@@ -244,7 +240,6 @@ RESOLVED: dict[str, Callable[[Joint], object]] = {
     "viscosity": lambda joint: getattr(joint, "viscosity", None),
     "contact": lambda joint: joint.contact and joint.contact.law.name,
     "thresholds": lambda joint: _thresholds(joint.transition),
-    "elastic": lambda joint: joint.transition and str(joint.elastic is not None).lower(),
     "asperity": lambda joint: joint.transition and _name(getattr(joint, "asperity", None)),
 }
 

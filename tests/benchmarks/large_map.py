@@ -30,7 +30,6 @@ folder = Path(folder)
 speeds = np.linspace(cl.rpm(60), cl.rpm(600), side)
 points = cl.grid(speed=speeds, clearance=np.geomspace(2e-5, 5e-4, side))
 fixed = {"model": "mixed", "joints": "B", "transition": "fuzzy", "viscosity": 5e-3}
-fixed["elastic"] = "false"
 facts, before = {}, (time.perf_counter(), time.process_time())
 
 def lap(name):

@@ -178,6 +178,7 @@ def test_random_feeders_run(joints, seed):
     draws = np.random.default_rng(seed)
     result = cl.simulate(
         feeder(
+            elastic="true",
             joints=joints,
             speed=cl.rpm(draws.uniform(60, 900)),
             clearance=draws.uniform(5e-5, 3e-4),
@@ -199,7 +200,7 @@ def test_lanes_agree(tmp_path):
     points = cl.grid(
         speed=np.linspace(cl.rpm(120), cl.rpm(400), 5), clearance=np.linspace(6e-5, 2e-4, 5)
     )
-    fixed = {"model": "mixed", "viscosity": 0.005, "friction": "none"}
+    fixed = {"model": "mixed", "viscosity": 0.005, "friction": "none", "elastic": "true"}
     options = {"fixed": fixed, "turns": 2.0, "channels": [], "workers": 1}
     sweep = cl.sweep("six_bar_feeder", points, tmp_path / "m", **options)
     assert str(sweep.ways).startswith("25 points in lanes")
@@ -226,7 +227,8 @@ def test_a_run_says_where_it_is_elastic(typed, tmp_path):
     M, L and the ratio of the films are those of the law at that load and speed (rounding).
     """
     path = tmp_path / "run.h5"
-    printed = typed("run six_bar_feeder -p model=mixed -p viscosity=0.002 --turns 2 -o", path).out
+    case = "run six_bar_feeder -p model=mixed -p elastic=true -p viscosity=0.002"
+    printed = typed(f"{case} --turns 2 -o", path).out
     assert "of the rigid film" in " ".join(printed.split())
     run = cl.open_result(path)
     state = elastic_state(run, run.described("B"))
@@ -242,7 +244,7 @@ def test_a_run_says_where_it_is_elastic(typed, tmp_path):
 
 def test_rigid_joints_have_nothing_of_it():
     """No output, number or operation; and what has no such state is refused by name."""
-    rigid = feeder(elastic="false")
+    rigid = feeder()
     assert rigid.clearance_joints[0].elastic is None
     contents = explain(rigid)
     assert not any("elastic" in path for path in contents["channels"])

@@ -59,7 +59,6 @@ B.contact = { law = "winkler", restitution = 0.9 }
 B.friction = { law = "coulomb", coefficient = "$viscosity * 20" }
 B.film = "table"
 B.transition = { law = "fuzzy", dry = 0.4, mixed = 1, full = 3 }
-B.elastic = "line_contact"
 C = { kind = "Revolute", a = "rod2.C", b = "rocker.C" }
 D = { kind = "Revolute", a = ["170 mm", "-90 mm"], b = "rocker.D" }
 E = { kind = "Revolute", a = "rocker.E", b = "rod4.E" }
@@ -476,9 +475,7 @@ def test_the_scene_file_of_the_guide(tmp_path):
 def test_memberships_and_wear_of_the_guide(tmp_path):
     """The guide's lines of a mixed joint, in the place of the feeder's transition."""
     block = GUIDE.read_text().split("```toml\n")[2].partition("```")[0]
-    lines = [
-        line for line in FEEDER.splitlines() if not line.startswith(("B.transition", "B.elastic"))
-    ]
+    lines = [line for line in FEEDER.splitlines() if not line.startswith("B.transition")]
     at = lines.index('B.film = "table"')
     text = "\n".join([*lines[:at], 'B.film = "short"', block, *lines[at + 1 :]])
     text = text.replace('B.length = "20 mm"', 'B.length = "8 mm"')
