@@ -47,9 +47,10 @@ def printed(name):
 @pytest.mark.parametrize("seed", few_of(range(8), 1))
 @pytest.mark.parametrize("error", [1e-2, 1e-3])
 def test_errors(name, seed, error):
-    """Of requested numbers 90 % lie within their errors of a run at rtol 1e-10, and 98 % within five
-    times, as two runs may err alike by chance: one dry peak was seven off. Dry points that part by
-    then are left out: the run at 1e-9 is not within a tenth of the error.
+    """Of requested numbers 90 % lie within their errors of a run at rtol 1e-10.
+
+    98 % lie within five times, as two runs may err alike by chance: one dry peak was seven off. Dry
+    points that part by then are left out: the run at 1e-9 is not within a tenth of the error.
     """
     group, columns = together(name, seed, error)
     scene, options = group.scene_of, {"turns": SCENES[name][3]}
