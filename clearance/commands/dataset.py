@@ -9,6 +9,7 @@ from clearance.commands.common import (
     add_case,
     add_command,
     complain,
+    given,
     json_text,
     seed_of,
 )
@@ -56,12 +57,7 @@ def run(options) -> int:
     from clearance.sweeping.sweep import SweepError
 
     case, ranges, fixed = find_case(options.case), {}, {}
-    for item in options.parameters:
-        name, equals, text = item.partition("=")
-        if not equals or name not in case.parameters:
-            from clearance.values.checks import meant
-
-            raise ValueError(f"-p {item}: no parameter {name!r}{meant(name, case.parameters)}")
+    for name, text in given(options, case.parameters).items():
         parameter = case.parameters[name]
         if ":" in text:
             ranges[name] = range_from_words(parameter, text)

@@ -97,7 +97,7 @@ def run(options) -> int:
     if not options.data:
         raise ValueError("fit: --data names a record; --plan needs none")
     check_bounds(bounds)
-    shown = None if options.json or getattr(options, "quiet", False) else ProgressBar()
+    shown = None if options.json else ProgressBar()
     try:
         result = fit(
             scene,

@@ -94,7 +94,7 @@ def run(options) -> int:
     check_bounds(bounds)
     if not options.minimize and not options.maximize:
         raise ValueError("optimize: --minimize METRIC or --maximize METRIC names the goal")
-    shown = None if options.json or getattr(options, "quiet", False) else ProgressBar()
+    shown = None if options.json else ProgressBar()
     try:
         result = optimize(
             scene,

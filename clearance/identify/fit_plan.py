@@ -9,6 +9,7 @@ independent from value to value. Source: Seber and Wild, Nonlinear Regression (2
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from clearance.identify.estimation import spread
 from clearance.identify.free import Free, bounded
 from clearance.identify.measured import Measured
 from clearance.identify.scene_fit import Curve, Problem
+from clearance.metrics.sensor import deviation
 from clearance.scene.parameter import varied
 from clearance.scene.scene import Scene
 from clearance.values import checks
@@ -122,9 +124,8 @@ def _rows(scene, free, paths, noise, length, per_turn, settle, speed) -> list[Pl
 
 def _noise(noise: float | str, values: np.ndarray) -> float:
     """Standard deviation of an error of a channel's values."""
-    if isinstance(noise, str) and noise.strip().endswith("%"):
-        return checks.share("noise", noise) * (float(np.ptp(values)) or 1.0)
-    return checks.positive("noise", quantity(noise) if isinstance(noise, str) else noise)
+    span = float(np.ptp(values)) or 1.0
+    return deviation(noise, span, partial(checks.positive, "noise"))
 
 
 def _planned(problem: Problem, point: np.ndarray, slopes: np.ndarray, title: str) -> Planned:

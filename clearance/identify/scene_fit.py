@@ -23,11 +23,11 @@ from functools import cached_property
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.signal import butter, sosfilt
 
 from clearance.accuracy.by_differences import WIDTH, Impossible, Steps, reason_without, recorded
 from clearance.identify.free import Beside, Free, Varying
 from clearance.identify.measured import Measured
+from clearance.metrics.sensor import filtered
 from clearance.results.memory import MemoryRecord
 from clearance.results.record import cubic
 from clearance.run.run import Run
@@ -243,10 +243,7 @@ class Problem(Varying):
         else:
             times = values + self.settle * (record.turn or 1.0)
         series = record.sizes(about.channel)
-        if about.lowpass is not None:
-            order, corner = about.lowpass
-            rate = (len(record.time) - 1) / (record.time[-1] - record.time[0])
-            series = sosfilt(butter(order, corner, fs=rate, output="sos"), series)
+        series = filtered(record.time, series, about.lowpass)
         return cubic(record.time, series, np.clip(times + shift, record.time[0], record.time[-1]))
 
     def modelled(self, record: MemoryRecord, curve: int, x: np.ndarray) -> np.ndarray:

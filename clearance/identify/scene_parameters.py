@@ -5,7 +5,7 @@ import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -24,12 +24,12 @@ from clearance.identify.scene_fit import (
     Solved,
 )
 from clearance.identify.verdict import Interval, Verdict, verdict
+from clearance.metrics.sensor import deviation
 from clearance.results.accessors import accessor
 from clearance.results.result import Result
 from clearance.scene.scene import Scene
 from clearance.simulation import simulate
 from clearance.values import checks
-from clearance.values.units import quantity
 from clearance.version import VERSION
 
 STARTS = 5
@@ -195,7 +195,7 @@ def fitted(
     journal: Path | None = None,
     progress: Callable | None = None,
 ) -> SceneFit:
-    """The fit; ends of starts stand in a journal and taken from it."""
+    """The fit; ends of starts stand in a journal and are taken from it."""
     key = _key(problem, seed)
     problem.check_horizon(problem.middle)
     ends = [Solved(np.array(x), *rest) for x, *rest in journaled(journal, key)[:starts]]
@@ -263,11 +263,9 @@ def _sigma(noise: float | str | None, record: Measured) -> float | None:
     """Standard deviation of the error of a value, in SI."""
     if noise is None:
         return None
-    if isinstance(noise, str) and noise.strip().endswith("%"):
-        return checks.share("noise", noise) * float(np.ptp(record.values))
     units = None if record.units == "?" else record.units
-    number = quantity(noise, units) if isinstance(noise, str) else noise
-    return checks.positive("fit: noise", number)
+    span, check = float(np.ptp(record.values)), partial(checks.positive, "fit: noise")
+    return deviation(noise, span, check, units)
 
 
 def _nuisances(words: str | Iterable[str], record: Measured, scene: Scene) -> tuple[str, ...]:

@@ -8,13 +8,14 @@ gives the same bytes with the same version on the same kind of processor.
 
 import json
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import butter, sosfilt
 
 from clearance.files.replacing import replacing
 from clearance.files.texts import listed
+from clearance.metrics.sensor import deviation, filtered
 from clearance.results.reading import checked
 from clearance.results.tables import (
     FORMAT_VERSION,
@@ -28,7 +29,6 @@ from clearance.sweeping.index import Sweep
 from clearance.sweeping.points import sampled
 from clearance.sweeping.sweep import sweep
 from clearance.values import checks
-from clearance.values.units import quantity
 
 FORMAT = "clearance-dataset"
 KIND = "clearance dataset", FORMAT, FORMAT_VERSION
@@ -153,19 +153,12 @@ def _written(folder: Path, runs: Sweep, names, about: dict, noise, lowpass) -> P
 
 def _sensed(run, name: str, lowpass) -> np.ndarray:
     """A channel of a run through the filter of a sensor."""
-    values = run.sizes(name)
-    if lowpass is None:
-        return values
-    order, corner = lowpass
-    rate = (len(run.time) - 1) / float(run.time[-1] - run.time[0])
-    return sosfilt(butter(order, corner, fs=rate, output="sos"), values)
+    return filtered(run.time, run.sizes(name), lowpass)
 
 
 def _noise(noise: float | str, values: np.ndarray) -> float:
     """Standard deviation of the noise of a record."""
-    if isinstance(noise, str) and noise.strip().endswith("%"):
-        return checks.share("noise", noise) * float(np.ptp(values))
-    return checks.non_negative("noise", quantity(noise) if isinstance(noise, str) else noise)
+    return deviation(noise, float(np.ptp(values)), partial(checks.non_negative, "noise"))
 
 
 def scored(folder: Path, scores: Mapping[str, Mapping[str, float]]) -> None:

@@ -37,7 +37,7 @@ ONLY_IN = {
         "clearance.film.fem",
         "clearance.sweeping.points",
         "clearance.sweeping.scatter",
-        "clearance.sweeping.dataset",
+        "clearance.metrics.sensor",
         "clearance.identify.estimation",
         "clearance.identify.free",
         "clearance.identify.optimum",
