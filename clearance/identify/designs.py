@@ -22,8 +22,8 @@ from statistics import NormalDist
 import numpy as np
 
 from clearance.accuracy.by_differences import Impossible
-from clearance.files.replacing import locked, replacing
-from clearance.identify.free import Bounds, add_to_journal, bounded, journaled
+from clearance.files.replacing import locked
+from clearance.identify.free import Bounds, add_to_journal, bounded, journaled, saved
 from clearance.identify.optimum import (
     KEPT,
     LAST,
@@ -63,7 +63,7 @@ APART = 1e-2  # of the width of the bounds, between distinct optima
 FLAT = 1e-6  # of the goal, by which a ridge between optima is higher
 ALONG = 11  # values of a parameter on the map
 CHECKED = 1024  # runs of the check, at most
-DOCUMENT, JOURNAL, RUN = "optimum.json", "starts.json", "run.h5"
+DOCUMENT, JOURNAL = "optimum.json", "starts.json"
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,12 +236,7 @@ class Optimum:
 
     def save(self, folder: str | Path) -> Path:
         """Write `optimum.json` and the run of the optimum, `run.h5`, into a folder."""
-        folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        with replacing(folder / DOCUMENT) as temporary:
-            temporary.write_text(json.dumps(self.document(), indent=1) + "\n", encoding="utf-8")
-        self.simulated(folder / RUN).close()
-        return folder
+        return saved(self, folder, DOCUMENT)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{n}={v:.4g}" for n, v in self.values.items())

@@ -30,6 +30,9 @@ from clearance.values.units import quantity
 Bounds = Mapping[str, tuple[float | str, float | str] | str]
 
 
+RUN = "run.h5"  # of the result of a search
+
+
 @dataclass(frozen=True)
 class Free:
     """A free parameter, in SI: of the case ("clearance") or a number of the scene."""
@@ -165,3 +168,13 @@ def add_to_journal(journal: Path | None, key: str, rows: Sequence[Sequence]) -> 
     if journal is not None:
         with replacing(journal) as temporary:
             temporary.write_text(json.dumps({"key": key, "ends": rows}), encoding="utf-8")
+
+
+def saved(search, folder: str | Path, name: str) -> Path:
+    """Write the `document()` of a result of a search and its `simulated(path)` into a folder."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    with replacing(folder / name) as temporary:
+        temporary.write_text(json.dumps(search.document(), indent=1) + "\n", encoding="utf-8")
+    search.simulated(folder / RUN).close()
+    return folder

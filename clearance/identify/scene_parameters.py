@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.files.replacing import locked, replacing
+from clearance.files.replacing import locked
 from clearance.files.texts import listed
-from clearance.identify.free import Bounds, add_to_journal, bounded, journaled
+from clearance.identify.free import Bounds, add_to_journal, bounded, journaled, saved
 from clearance.identify.measured import Measured, read
 from clearance.identify.scene_fit import (
     LAST,
@@ -33,7 +33,7 @@ from clearance.values import checks
 from clearance.version import VERSION
 
 STARTS = 5
-RUN, DOCUMENT, JOURNAL = "run.h5", "fit.json", "starts.json"
+DOCUMENT, JOURNAL = "fit.json", "starts.json"
 AUTO = "auto"
 
 Data = str | Path | Measured | tuple[str | Path | Measured, Mapping[str, object]]
@@ -104,12 +104,7 @@ class SceneFit:
 
     def save(self, folder: str | Path) -> Path:
         """Write `fit.json` and the run of the fitted scene, `run.h5`, into a folder."""
-        folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        with replacing(folder / DOCUMENT) as temporary:
-            temporary.write_text(json.dumps(self.document(), indent=1) + "\n", encoding="utf-8")
-        self.simulated(folder / RUN).close()
-        return folder
+        return saved(self, folder, DOCUMENT)
 
     def simulated(self, path: str | Path | None = None) -> Result:
         """The run of the fitted scene, as long as the longest record and what settles before."""
