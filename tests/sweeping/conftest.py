@@ -16,40 +16,34 @@ def cluster(tmp_path):
         "DASK_DISTRIBUTED__DASHBOARD__LINK": "",
         "DASK_LOGGING__DISTRIBUTED": "error",
     }
-    place = tmp_path / "scheduler.json"
-    common = {
-        "stdout": subprocess.DEVNULL,
-        "stderr": subprocess.DEVNULL,
-        "env": environment,
-        "cwd": tmp_path,
-    }
-    start = [
-        sys.executable,
-        "-m",
-        "distributed.cli.dask_scheduler",
-        "--port",
-        "0",
-        "--no-dashboard",
-        "--host",
-        "127.0.0.1",
-    ]
-    processes = [subprocess.Popen([*start, "--scheduler-file", str(place)], **common)]
-    worker = [
-        sys.executable,
-        "-m",
-        "distributed.cli.dask_worker",
-        "--nthreads",
-        "1",
-        "--no-nanny",
-        "--no-dashboard",
-    ]
-    workers = [
-        subprocess.Popen([*worker, "--scheduler-file", str(place)], **common) for _ in range(2)
-    ]
+    file = tmp_path / "scheduler.json"
+
+    def started(part, *options):
+        command = [sys.executable, "-m", f"distributed.cli.dask_{part}", "--no-dashboard"]
+        return subprocess.Popen(
+            [*command, *options, "--scheduler-file", str(file)],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+            cwd=tmp_path,
+        )
+
+    scheduler = started("scheduler", "--port", "0", "--host", "127.0.0.1")
+    workers = [started("worker", "--nthreads", "1", "--no-nanny") for _ in range(2)]
+    try:
+        yield address(file), workers
+    finally:
+        for process in (*workers, scheduler):
+            process.kill()
+            process.wait()
+
+
+def address(file):
+    """The address in the file of a scheduler, which may be there before its text is."""
     deadline = time.monotonic() + 600.0
-    while not place.exists() and time.monotonic() < deadline:
-        time.sleep(0.05)
-    yield json.loads(place.read_text())["address"], workers
-    for process in (*workers, *processes):
-        process.kill()
-        process.wait()
+    while time.monotonic() < deadline:
+        try:
+            return json.loads(file.read_text())["address"]
+        except (FileNotFoundError, json.JSONDecodeError):
+            time.sleep(0.05)
+    raise TimeoutError(f"{file}: no scheduler has written its address")
