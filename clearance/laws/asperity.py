@@ -86,8 +86,8 @@ def greenwood_tripp(
     modulus E* [Pa] (`contact_modulus`, not 2 E*), roughness_group eta beta sigma (0.03 to 0.05),
     slope_ratio sigma / beta (1e-4 to 1e-2). e = c - lambda sigma is the eccentricity.
     summit_height: sum of both heights of the mean summit above the mean surface [m], taken off the
-    film. From the pressure K' E* F_5/2. Smooth and monotone. Source: Greenwood and Tripp, Proc.
-    IMechE 185 (1970) 625; integrated over the arc.
+    film. From the pressure K' E* F_5/2. Valid for elastic summits. Source: Greenwood and Tripp,
+    Proc. IMechE 185 (1970) 625; integrated over the arc.
     """
     strength = rough_on_rough(modulus, roughness_group, slope_ratio)
     eccentricity = max(
@@ -118,7 +118,8 @@ def greenwood_williamson(
 
     F = pi / 2 E* (eta beta sigma) sqrt(sigma / beta) R L sqrt(2 sigma / e) F_2(lambda)
 
-    parameters as in `greenwood_tripp`. From the pressure 4/3 eta E* sqrt(beta) sigma^1.5 F_3/2 over
+    modulus E*, roughness_group, slope_ratio and summit_height as in `greenwood_tripp`, and valid as
+    that. From the pressure 4/3 eta E* sqrt(beta) sigma^1.5 F_3/2 over
     the arc. Source: Greenwood and Williamson, Proc. R. Soc. A 295 (1966) 300; integrated over the
     arc.
     """

@@ -187,6 +187,16 @@ def damped_force(
     )
 
 
+#: equation and parameters of all laws with a hysteresis factor, in their docstrings
+DAMPED = """
+    F = K delta^n max(1 + chi delta' / max(delta'_0, v_g), 0) for delta > 0, else 0 [N]
+
+    stiffness K [N/m^n], of the joint where it is not given (`hertz_stiffness`); restitution e [-];
+    exponent n [-]; grazing_speed v_g [m/s]: slower impacts are damped as at this speed.
+    Raises ValueError for an e that the formula does not allow.
+"""
+
+
 def by_restitution(check: Check) -> Callable[[Callable[[float], float]], Law]:
     """Decorate the damping factor chi(e) of a law: its force is `damped_force`.
 
@@ -220,7 +230,8 @@ def by_restitution(check: Check) -> Callable[[Callable[[float], float]], Law]:
             text = f"{result.name} delivers a restitution of {actual:.2f} where {wanted:.2f} is set"
             return text if abs(actual - wanted) > 0.05 else None
 
-        force.__name__, force.__doc__ = damping.__name__, damping.__doc__
+        force.__name__ = damping.__name__
+        force.__doc__ = (damping.__doc__ or "").replace("\n\n", f"\n{DAMPED}", 1)
         result = contact(
             stiffness=STIFFNESS, restitution=check, exponent=positive, grazing_speed=positive
         )(force)
@@ -233,9 +244,11 @@ def by_restitution(check: Check) -> Callable[[Callable[[float], float]], Law]:
 # --- laws
 @contact(stiffness=STIFFNESS, exponent=positive, from_restitution=lambda pair, e: hertz().of(pair))
 def hertz(penetration, penetration_rate, impact_speed, stiffness, exponent=1.5):
-    """Elastic contact, F = K delta^n [N]; stiffness K [N/m^n].
+    """Elastic contact, F = K delta^n [N].
 
-    Source: Hertz (1881); for a pin in a hole with `hertz_stiffness`.
+    stiffness K [N/m^n], of the joint where it is not given; exponent n [-]. Valid for point
+    contact of small strains, without loss. Source: Hertz (1881); for a pin in a hole with
+    `hertz_stiffness`.
     """
     if penetration <= 0.0:
         return 0.0
@@ -267,7 +280,8 @@ def kelvin_voigt(penetration, penetration_rate, impact_speed, stiffness, damping
     """Linear spring and damper, F = max(K delta + D delta', 0) [N]; stiffness K [N/m], damping D
     [N s/m].
 
-    The force jumps at first touch. Source: Kelvin and Voigt; Goldsmith, Impact (1960).
+    Valid as a penalty: the force jumps at first touch. Source: Kelvin and Voigt; Goldsmith, Impact
+    (1960).
     """
     if penetration <= 0.0:
         return 0.0
@@ -296,8 +310,8 @@ def hunt_crossley_memoryless(
 ):
     """F = K delta^n max(1 + 1.5 alpha delta', 0) [N]; it does not look at the impact speed.
 
-    stiffness K [N/m^n], dissipation alpha [s/m]. For slow impacts the restitution is 1 - alpha v:
-    it falls with the impact speed v. Valid for alpha v well below 1.
+    stiffness K [N/m^n], dissipation alpha [s/m], exponent n [-]. For slow impacts the restitution
+    is 1 - alpha v: it falls with the impact speed v. Valid for alpha v well below 1.
     Source: Hunt and Crossley, J. Applied Mechanics 42 (1975) 440, eqs. 10 to 14; Marhefka and Orin
     (1999).
     """
@@ -310,7 +324,7 @@ def hunt_crossley_memoryless(
 
 @by_restitution(fraction)
 def hunt_crossley(restitution):
-    """chi = 3 (1 - e) / 2 [N]. Valid for e close to 1: delivers .909 for .9, .663 for .5.
+    """chi = 3 (1 - e) / 2 [-]. Valid for e close to 1: delivers .909 for .9, .663 for .5.
 
     Source: Hunt and Crossley, J. Applied Mechanics 42 (1975) 440, with alpha = (1 - e) / delta'_0.
     """
@@ -319,8 +333,9 @@ def hunt_crossley(restitution):
 
 @by_restitution(fraction)
 def herbert_mcwhannell(restitution):
-    """chi = 6 (1 - e) / ((2 e - 1)^2 + 3) [N]. Delivers .901 for .9, .594 for .5.
+    """chi = 6 (1 - e) / ((2 e - 1)^2 + 3) [-].
 
+    Valid for e close to 1: delivers .901 for .9, .594 for .5.
     Source: Herbert and McWhannell, J. Eng. for Industry 99 (1977) 688.
     """
     return 6.0 * (1.0 - restitution) / ((2.0 * restitution - 1.0) ** 2 + 3.0)
@@ -328,7 +343,7 @@ def herbert_mcwhannell(restitution):
 
 @by_restitution(fraction)
 def lee_wang(restitution):
-    """chi = 3 (1 - e) / 4 [N]. Dissipates too little: delivers .952 for .9, .799 for .5.
+    """chi = 3 (1 - e) / 4 [-]. Valid for e close to 1; loses too little: .952 for .9, .799 for .5.
 
     Source: Lee and Wang, J. Mech., Transmissions and Automation in Design 105 (1983) 534.
     """
@@ -337,7 +352,7 @@ def lee_wang(restitution):
 
 @by_restitution(fraction)
 def lankarani_nikravesh(restitution):
-    """chi = 3 (1 - e^2) / 4 [N]. Valid for e close to 1: delivers .913 for .9, but .725 for .5.
+    """chi = 3 (1 - e^2) / 4 [-]. Valid for e close to 1: delivers .913 for .9, but .725 for .5.
 
     Source: Lankarani and Nikravesh, J. Mech. Design 112 (1990) 369.
     """
@@ -346,7 +361,7 @@ def lankarani_nikravesh(restitution):
 
 @by_restitution(restitution_above_zero)
 def gonthier(restitution):
-    """chi = (1 - e^2) / e [N]. Delivers .876 for .9, .488 for .5.
+    """chi = (1 - e^2) / e [-]. Valid for all e: delivers .876 for .9, .488 for .5.
 
     Source: Gonthier, McPhee, Lange and Piedboeuf, Multibody Syst. Dyn. 11 (2004) 209.
     """
@@ -355,8 +370,9 @@ def gonthier(restitution):
 
 @by_restitution(fraction)
 def zhiying_qishao(restitution):
-    """chi = 3 (1 - e^2) exp(2 (1 - e)) / 4 [N]. Delivers .896 for .9, .483 for .5.
+    """chi = 3 (1 - e^2) exp(2 (1 - e)) / 4 [-].
 
+    Valid for all e: delivers .896 for .9, .483 for .5.
     Source: Qin and Lu, Chinese J. Theor. Appl. Mech. (2006), as listed by Alves et al., Mech. Mach.
     Theory 85 (2015).
     """
@@ -365,8 +381,9 @@ def zhiying_qishao(restitution):
 
 @by_restitution(restitution_above_zero)
 def flores(restitution):
-    """chi = 8 (1 - e) / (5 e) [N]. For the whole range of e: delivers .894 for .9, .470 for .5.
+    """chi = 8 (1 - e) / (5 e) [-].
 
+    Valid for all e: delivers .894 for .9, .470 for .5.
     Source: Flores, Machado, Silva and Martins, Multibody Syst. Dyn. 25 (2011) 357.
     """
     return 1.6 * (1.0 - restitution) / restitution
@@ -374,8 +391,9 @@ def flores(restitution):
 
 @by_restitution(restitution_above_zero)
 def hu_guo(restitution):
-    """chi = 3 (1 - e) / (2 e) [N]. For the whole range of e: delivers .900 for .9, .488 for .5.
+    """chi = 3 (1 - e) / (2 e) [-].
 
+    Valid for all e: delivers .900 for .9, .488 for .5.
     Source: Hu and Guo, Nonlinear Dyn. 81 (2015) 1415.
     """
     return 1.5 * (1.0 - restitution) / restitution
@@ -404,8 +422,11 @@ def exact_restitution(
     """The hysteresis factor that delivers exactly the given restitution [N]; chi is solved for
     once, when bound.
 
-    chi (1 + e) = ln((1 + chi) / (1 - chi e)), for every stiffness, exponent and mass; e in
-    [0.01, 1].
+    chi (1 + e) = ln((1 + chi) / (1 - chi e))
+
+    Force and parameters are those of `hunt_crossley`: stiffness K [N/m^n], restitution e, exponent
+    n [-], grazing_speed v_g [m/s]. Valid for every stiffness, exponent and mass. Raises ValueError
+    for e outside [0.01, 1].
     Source: our solution of the impact with the damping of Hunt and Crossley (1975), integrated in
     closed form.
     """
@@ -477,7 +498,8 @@ def johnson(
     f = -pi E* delta / W_-1(-e delta / (4 DR))    (solved for the force)
 
     modulus E* [Pa] (`contact_modulus`), bearing length L [m], radius_difference DR = clearance [m],
-    restitution. Valid for delta < 4 DR / e^2 = 0.541 DR, where the compliance reaches zero. From 95
+    restitution and grazing_speed v_g as in `exact_restitution`. Valid for
+    delta < 4 DR / e^2 = 0.541 DR (e of logarithms), where the compliance reaches zero. From 95
     % of that on the force continues with its slope there. The joint warns if a run reaches this
     range.
     Source: Johnson, Contact Mechanics (1985), section 5.6; Lambert W form after Pereira, Ramalho
@@ -512,7 +534,8 @@ def liu(
 
     F = pi / 2 E* L delta sqrt(delta / (2 (DR + delta)))
 
-    modulus E* [Pa], bearing length L [m], radius_difference DR = clearance [m]. Explicit, for any
+    modulus E* [Pa], bearing length L [m], radius_difference DR = clearance [m]; restitution e,
+    grazing_speed v_g as in `exact_restitution`. Valid for small strains; explicit for any
     penetration. Source: Liu, Zhang and Yang, J. Mech. Design 129 (2007) 93.
     """
     if penetration <= 0.0:
@@ -551,7 +574,8 @@ def winkler(
     F = 4 sqrt(2) / 3 K_w L R delta^1.5 / sqrt(c)    (for small delta)
 
     layer_modulus K_w [Pa/m] (`layer_modulus`), length L, radius R, radius_difference c [m].
-    Conformal; depends on L and c; for any penetration up to half the bore. The thickness of the
+    restitution e, grazing_speed v_g as in `exact_restitution`. Valid for small strains of a thin
+    layer; computed for any penetration up to half the bore. The thickness of the
     layer is the free choice of this model.
     Source: elastic foundation after Johnson, Contact Mechanics (1985), section 4.3; integrated over
     the conformal arc.
@@ -603,8 +627,8 @@ def impact(
 ):
     """The IMPACT function of ADAMS [N]: F = max(K delta^n + STEP(delta, 0, 0, d, C) delta', 0).
 
-    stiffness K [N/m^n], exponent n, damping C [N s/m] reached at the depth d [m]. It does not
-    depend on the impact speed and has no restitution.
+    stiffness K [N/m^n], exponent n, damping C [N s/m] reached at the depth d [m]. Valid as a
+    penalty: it does not depend on the impact speed and has no restitution.
     Source: MSC ADAMS/Solver manual, functions IMPACT and STEP.
     """
     if penetration <= 0.0:

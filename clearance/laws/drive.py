@@ -17,9 +17,9 @@ def ramped(time, run_up):
 def motor_line(time, position, rate, stall, no_load):
     """T = T_s sign(w_0) (1 - w / w_0) [N m]: the straight line of a motor.
 
-    stall T_s [N m] at rest; no_load w_0 [rad/s], whose sign is the way it turns. It is a DC motor
-    without inductance, or an induction motor between no load and its rated torque. It brakes beyond
-    w_0 and has no limit there. A stiff line, T_s -> inf, is the prescribed speed w_0.
+    stall T_s [N m] at rest; no_load w_0 [rad/s], whose sign is the way it turns. Valid for a DC
+    motor without inductance, or an induction motor between no load and its rated torque. It brakes
+    beyond w_0 and has no limit there. A stiff line, T_s -> inf, is the prescribed speed w_0.
     Raises ValueError for a stall that is not positive and a no_load of 0.
     Source: Leonhard, Control of Electrical Drives, 3rd ed., Springer 2001, ch. 5.
     """
@@ -31,8 +31,9 @@ def kloss(time, position, rate, breakdown, slip, synchronous):
     """T = 2 T_b s s_b / (s^2 + s_b^2) sign(w_s), s = 1 - w / w_s [N m]: an induction motor's curve.
 
     breakdown T_b [N m], the largest torque; slip s_b at which it stands [-]; synchronous speed w_s
-    [rad/s], whose sign is the way it turns. Quasi-static, without the stator's resistance. Beyond
-    w_s it brakes with the same curve. Near w_s it is a line with the stall torque 2 T_b / s_b.
+    [rad/s], whose sign is the way it turns. Valid for slow changes, without the stator's
+    resistance. Beyond w_s it brakes with the same curve. Near w_s it is a line with the stall
+    torque 2 T_b / s_b.
     Raises ValueError for numbers that are not positive and a synchronous speed of 0.
     Source: Kloss, Archiv fuer Elektrotechnik 5 (1917) 59.
     """
@@ -56,7 +57,8 @@ def pi_speed(state, time, position, rate, proportional, integral, speed, limit=0
     w_0 [rad/s]; w_r reaches it in a straight ramp of run_up [s] (0: at once). The state z [rad] is
     the integral of the error, z' = w_r - w + (T - T*) / K_p, where T* is the torque without
     limit: back-calculation, which lets z follow a limited torque within K_p / K_i.
-    Without integral it is `motor_line` with stall K_p w_0 and no load w_0.
+    Valid for a control without delay. Without integral it is `motor_line` with stall K_p w_0 and no
+    load w_0.
     Raises ValueError for a proportional gain that is not positive and other negative numbers.
     Source: Astroem and Haegglund, Advanced PID Control, ISA 2006, sec. 3.5.
     """
@@ -111,7 +113,7 @@ def dc_motor(state, time, position, rate, voltage, resistance, inductance, const
     voltage V [V]; resistance R [Ohm]; inductance L [H]; constant k [N m/A = V s/rad]. The voltage
     rises in a straight ramp of run_up [s] (0: at once). The state is the current i [A], at first 0.
     Its electric time constant is L / R; for L -> 0 it is `motor_line` with stall k V / R and no
-    load V / k. Iron losses and the brushes' drop are left out. Raises ValueError for numbers that
+    load V / k. Valid without iron losses and brushes' drop. Raises ValueError for numbers that
     are not positive and a voltage of 0.
     Source: Leonhard, Control of Electrical Drives, 3rd ed., Springer 2001, ch. 5.
     """
@@ -124,8 +126,8 @@ def ramp(time, speed, duration, start=0.0):
     """q = q_0 + w t^2 / (2 t_r) up to t_r, then q_0 + w (t - t_r / 2) [rad or m]: a run-up.
 
     speed w [rad/s or m/s], reached in the duration t_r [s] at constant acceleration, then constant;
-    start q_0 [rad or m]. The acceleration jumps at t_r and at 0, the rate does not. Raises
-    ValueError for a duration that is not positive.
+    start q_0 [rad or m]. Valid from 0 s on. The acceleration jumps at t_r and at 0, the rate does
+    not. Raises ValueError for a duration that is not positive.
     Source: uniform acceleration.
     """
     if time < duration:

@@ -34,7 +34,7 @@ def pinkus_sternlicht(eccentricity_ratio, radial_rate, entrainment, joint):
 
     Continuously differentiable in eps' for w != 0; tends to -6 pi eps' P0 for eps -> 0. Finite for
     every state: eps counts as at most 1, and 1 - eps^2 as at least 1e-9. Rigid, aligned,
-    isoviscous; meant for L/D > 2, far too large below.
+    isoviscous. Valid for L/D > 2, far too large below.
     Source: Pinkus and Sternlicht, Theory of Hydrodynamic Lubrication (1961), in the form used by
     Flores et al. (2006). Here k^2 = (1 - eps^2)((w / 2 eps')^2 + 1/eps^2) is multiplied out, and
     the receding branch carries the plus sign.
@@ -95,7 +95,7 @@ def full_sommerfeld(eccentricity_ratio, radial_rate, entrainment, joint):
     F_r = -12 pi eps' P0 / (1 - eps^2)^1.5
     F_t = 12 pi eps w P0 / ((2 + eps^2) sqrt(1 - eps^2)),   P0 = mu L R^3 / c^2
 
-    Only for flooded, pressurised joints: it allows tension.
+    Valid for flooded, pressurised joints only: it allows tension.
     Source: Sommerfeld, Z. Math. Phys. 50 (1904) 97; squeeze part: Pinkus and Sternlicht (1961).
     """
     eps = min(eccentricity_ratio, 1.0)
@@ -163,7 +163,7 @@ def long_film(eccentricity_ratio, radial_rate, entrainment, joint):
     F_r = -6 P0 (w eps J_11 + 2 eps' J_20 + K J_10),
     F_t = 6 P0 (w eps J_02 + 2 eps' J_11 + K J_01)
 
-    with J_ab of `arc_integrals`. Rigid, aligned, isoviscous; for L/D > 2. What Pinkus and
+    with J_ab of `arc_integrals`. Rigid, aligned, isoviscous. Valid for L/D > 2. What Pinkus and
     Sternlicht's fractions stand for.
     Source: Reynolds equation of the long bearing, Pinkus and Sternlicht (1961), integrated over the
     arc of pressure.
@@ -198,7 +198,8 @@ def short_film(eccentricity_ratio, radial_rate, entrainment, joint):
     theta_1 = atan2(2 eps', w eps),   P0 = mu L R^3 / c^2
     F_r = 2 P0 (L/D)^2 (w eps J_11 - 2 eps' J_02),   F_t = 2 P0 (L/D)^2 (w eps J_20 - 2 eps' J_11)
 
-    with J_ab of `arc_integrals`. Rigid, aligned, isoviscous; for L/D < 0.25, far too stiff above.
+    with J_ab of `arc_integrals`. Rigid, aligned, isoviscous. Valid for L/D < 0.25, far too stiff
+    above.
     Source: DuBois and Ocvirk, NACA TR 1157 (1953); with the squeeze term, Booker, J. Basic Eng. 87
     (1965) 537.
     """
@@ -263,8 +264,8 @@ def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
 
     over the intersection of the positive arcs, [max(theta_l, theta_s), min(theta_l, theta_s) + pi].
     The axial mean of p is a closed form (`harmonic_share`). The integrals take 24 Gauss points in
-    the Sommerfeld angle (error below 1e-5 up to eps = 0.999). Rigid, aligned, isoviscous. For
-    L/D <= 1 mostly within 7 % of the Reynolds equation (22 % where the journal recedes at
+    the Sommerfeld angle (error below 1e-5 up to eps = 0.999). Rigid, aligned, isoviscous. Valid for
+    L/D <= 1, mostly within 7 % of the Reynolds equation (22 % where the journal recedes at
     eps = 0.9), 3 to 25 % at L/D = 2.
     Source: Reason and Narang, ASLE Trans. 25 (1982) 437, extended to squeeze.
     """

@@ -19,7 +19,8 @@ SMALL_FORCE = 1e-3  # N: normal force over which bristles come into touch
 def coulomb(sliding_speed, normal_force, coefficient, transition_speed=1e-3):
     """Smooth Coulomb friction [N], algebraic: F = -mu F_n v / sqrt(v^2 + v_t^2).
 
-    coefficient mu, transition_speed v_t [m/s]. Infinitely smooth; reaches 99 % of mu F_n at v = 7
+    coefficient mu [-], transition_speed v_t [m/s]. Valid for sliding far above v_t; at rest it
+    creeps. Infinitely smooth; reaches 99 % of mu F_n at v = 7
     v_t.
     Source: the usual algebraic regularisation of Coulomb's law; see Marques et al., Nonlinear Dyn.
     86 (2016) 1407.
@@ -36,6 +37,8 @@ def coulomb(sliding_speed, normal_force, coefficient, transition_speed=1e-3):
 def coulomb_tanh(sliding_speed, normal_force, coefficient, transition_speed=1e-3):
     """Smooth Coulomb friction [N]: F = -mu F_n tanh(v / v_t); 99 % of mu F_n at v = 2.65 v_t.
 
+    coefficient mu [-], transition_speed v_t [m/s]. Valid for sliding far above v_t; at rest it
+    creeps.
     Source: see Marques et al., Nonlinear Dyn. 86 (2016) 1407.
     """
     return -coefficient * normal_force * math.tanh(sliding_speed / transition_speed)
@@ -45,7 +48,8 @@ def coulomb_tanh(sliding_speed, normal_force, coefficient, transition_speed=1e-3
 def threlfall(sliding_speed, normal_force, coefficient, transition_speed=1e-3):
     """Threlfall's friction [N]: mu_eff = mu (1 - exp(-3 |v| / v_0)) up to v_0, 0.95 mu beyond.
 
-    transition_speed v_0 [m/s]. Continuous to 2e-4 at v_0 only. Source: Threlfall, Mech. Mach.
+    coefficient mu [-], transition_speed v_0 [m/s]. Valid for sliding; at rest it creeps.
+    Continuous to 2e-4 at v_0 only. Source: Threlfall, Mech. Mach.
     Theory 13 (1978) 475.
     """
     speed = abs(sliding_speed)
@@ -61,8 +65,9 @@ def ambrosio(sliding_speed, normal_force, coefficient, dead_speed=1e-4, full_spe
     """Ambrosio's friction [N], with a ramp: -mu N sgn(v) r,  r = (|v| - v_0) / (v_1 - v_0) within
     [0, 1].
 
-    dead_speed v_0, full_speed v_1 > v_0 [m/s]. Continuous, no stiction; keeps the sign of v from
-    chattering. Validity: its kinks limit the accuracy at tight tolerances; `coulomb` has none.
+    coefficient mu [-]; dead_speed v_0, full_speed v_1 > v_0 [m/s]. Continuous, no stiction; keeps
+    the sign of v from chattering. Validity: its kinks limit the accuracy at tight tolerances;
+    `coulomb` has none.
     Source: Ambrosio, in Virtual Nonlinear Multibody Systems (2003), 57.
     """
     ramp = (abs(sliding_speed) - dead_speed) / (full_speed - dead_speed)
@@ -94,7 +99,8 @@ def bengisu_akay(sliding_speed, normal_force, static, kinetic, transition_speed=
     mu_k.
 
     mu_eff = mu_s (1 - (|v| / v_0 - 1)^2) for |v| < v_0, mu_k + (mu_s - mu_k) exp(-xi (|v| - v_0))
-    beyond. transition_speed v_0 [m/s], decay xi [s/m].
+    beyond. static mu_s, kinetic mu_k [-]; transition_speed v_0 [m/s], decay xi [s/m]. Valid for
+    sliding; at rest it creeps.
     Source: Bengisu and Akay, J. Vibration and Acoustics 116 (1994) 166.
     """
     speed = abs(sliding_speed)
@@ -127,10 +133,10 @@ def stribeck(
     """Stribeck friction [N], smoothed at rest: F = -F_n ((mu_k + (mu_s - mu_k)
     exp(-(|v| / v_s)^gamma)) s + sigma v).
 
-    s = tanh(v / v_t); stribeck_speed v_s, transition_speed v_t << v_s [m/s], exponent gamma >= 1,
-    viscous sigma per unit of normal force [s/m].
-    Source: Bo and Pavelescu, Wear 82 (1982) 277; Armstrong-Helouvry, Dupont and Canudas de Wit,
-    Automatica 30 (1994).
+    s = tanh(v / v_t); static mu_s, kinetic mu_k [-]; stribeck_speed v_s, transition_speed v_t <<
+    v_s [m/s], exponent gamma >= 1, viscous sigma per unit of normal force [s/m]. Valid for sliding
+    far above v_t; at rest it creeps. Source: Bo and Pavelescu, Wear 82 (1982) 277;
+    Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994).
     """
     ratio = abs(sliding_speed) / stribeck_speed
     effective = kinetic + (static - kinetic) * math.exp(-(ratio**exponent))
@@ -148,7 +154,8 @@ def stribeck(
 def coulomb_viscous(sliding_speed, normal_force, coefficient, viscous, transition_speed=1e-3):
     """Coulomb friction, smoothed, and a viscous part [N]: F = -F_n (mu tanh(v / v_t) + sigma v).
 
-    viscous sigma per unit of normal force [s/m], transition_speed v_t [m/s]. Source: see Marques et
+    coefficient mu [-], viscous sigma per unit of normal force [s/m], transition_speed v_t [m/s].
+    Valid for sliding far above v_t; at rest it creeps. Source: see Marques et
     al., Nonlinear Dyn. 86 (2016) 1407.
     """
     return -normal_force * (
@@ -182,13 +189,14 @@ def lugre(
     z' = v - sigma_0 |v| z / g(v),   g = mu_k + (mu_s - mu_k) exp(-(v / v_s)^2),
     F = -F_n (sigma_0 z + sigma_1 exp(-(v / v_s)^2) z' + sigma_2 v)
 
-    per unit of normal force: stiffness sigma_0 [1/m], damping sigma_1 [s/m], viscous sigma_2 [s/m];
-    stribeck_speed v_s [m/s]. Without contact the bristles relax, z' = -sigma_0 z / sigma_1, blended
-    over a normal force of 1 mN. Sliding steadily it is the Stribeck law; it sticks with a stiffness
-    sigma_0 F_n. The damping fades with the speed: undiminished, fresh bristles of an impact would
-    rub with sigma_1 v. Passive for sigma_1 v_s well below 10 mu_k. Source: Canudas de Wit, Olsson,
-    Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419, scaled by F_n; with fading
-    damping, Olsson (1996).
+    static mu_s, kinetic mu_k [-]; per unit of normal force stiffness sigma_0 [1/m], damping sigma_1
+    [s/m], viscous sigma_2 [s/m]; stribeck_speed v_s [m/s]. Valid at rest and in sliding. Without
+    contact the bristles relax, z' = -sigma_0 z / sigma_1, blended over a normal force of 1 mN.
+    Sliding steadily it is the Stribeck law; it sticks with a stiffness sigma_0 F_n. The damping
+    fades with the speed: undiminished, fresh bristles of an impact would rub with sigma_1 v.
+    Passive for sigma_1 v_s well below 10 mu_k. Source: Canudas de Wit, Olsson, Astrom and
+    Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419, scaled by F_n; with fading damping, Olsson
+    (1996).
     """
     slow = math.exp(-((sliding_speed / stribeck_speed) ** 2))
     rate = sliding_speed - stiffness * abs(sliding_speed) * deflection / (

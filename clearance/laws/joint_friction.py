@@ -95,8 +95,8 @@ def _has_slope(parameters: dict) -> bool:
 def joint_coulomb(rate, load, coefficient, viscous=0.0, load_viscous=0.0, transition_rate=0.0):
     """Coulomb-viscous friction of a joint [N m or N]: -(mu Q sgn(w) + c w + c_Q Q w).
 
-    coefficient mu; viscous c [N m s or N s/m]; load_viscous c_Q per unit of load [s or s/m];
-    transition_rate: of the smoothed sign [rad/s or m/s].
+    coefficient mu [-]; viscous c [N m s or N s/m]; load_viscous c_Q per unit of load [s or s/m];
+    transition_rate: of the smoothed sign [rad/s or m/s]. Valid for sliding above it.
     Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 42. The source leaves open if its viscous
     coefficient is c or c_Q.
     """
@@ -133,8 +133,8 @@ def joint_stribeck(
 
     static mu_s, kinetic mu_k; stribeck_rate w_s [rad/s or m/s]; exponent d, 2 (Gauss) or 1
     (Tustin). viscous c [N m s or N s/m]; load_viscous c_Q per unit of load [s or s/m];
-    transition_rate: of the smoothed sign. Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 52
-    (exponent not given there).
+    transition_rate: of the smoothed sign. Valid for sliding above it. Source: Guo, Ju and Wang,
+    Aerospace 11 (2024) 368, Eq. 52 (exponent not given there).
     """
     effective = kinetic + (static - kinetic) * math.exp(-(abs(rate / stribeck_rate) ** exponent))
     return -(
@@ -158,7 +158,7 @@ def breakaway_linear(rate, load, breakaway, coulomb, viscous=0.0, decay=10.0, th
     -[F_C + (F_b - F_C) exp(-c |w|)] sgn(w) - f w from |w| = w_t on, below it the straight line
     through zero to the same
     value: continuous. breakaway F_b, coulomb F_C [N m or N]; viscous f [N m s or N s/m]. decay c [s
-        or s/m]; threshold w_t [rad/s or m/s].
+        or s/m]; threshold w_t [rad/s or m/s]. Valid for sliding; below w_t it creeps.
     Source: Chacko and Khan, Tribology in Industry 39 (2017), Eqs. 14-17, the legacy friction block
     of Simscape. Two signs and a bracket of the printed equations are corrected (see the case
     mobile_manipulator).
@@ -185,8 +185,8 @@ def breakaway_smooth(rate, load, breakaway, coulomb, viscous=0.0, breakaway_rate
     w_S = sqrt(2) w_b,   w_C = w_b / 10
 
     breakaway F_b, coulomb F_C [N m or N]; viscous f [N m s or N s/m];
-    breakaway_rate w_b [rad/s or m/s]. Source: the friction blocks of Simscape since R2017b (their
-    documentation).
+    breakaway_rate w_b [rad/s or m/s]. Valid for sliding; at rest it creeps. Source: the friction
+    blocks of Simscape since R2017b (their documentation).
     """
     ratio = rate / (ROOT_2 * breakaway_rate)
     hump = ROOT_2E * (breakaway - coulomb) * math.exp(-ratio * ratio) * ratio
@@ -222,9 +222,10 @@ def joint_lugre(
     T = -(s_0 z + s_1 z' + s_2 w)
 
     Returns (z', T). deflection z [rad or m]; static T_s, kinetic T_c [N m or N]; stribeck_rate w_s
-    [rad/s or m/s]. stiffness s_0 [N m/rad or N/m], damping s_1 and viscous s_2 [N m s/rad or N
-    s/m]; exponent d. It sticks with the stiffness s_0, breaks away at T_s and slides steadily at g
-    + s_2 |w|. Passive at all rates if and only if s_2 >= s_1 (T_s - T_c) / T_c.
+    [rad/s or m/s]. Valid at rest and in sliding. stiffness s_0 [N m/rad or N/m], damping s_1 and
+    viscous s_2 [N m s/rad or N s/m]; exponent d. It sticks with the stiffness s_0, breaks away at
+    T_s and slides steadily at g + s_2 |w|. Passive at all rates if and only if s_2 >= s_1 (T_s -
+    T_c) / T_c.
     Source: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419;
     as joint friction Pfitzer et al., Lubricants 13 (2025) 436 (1-D LuGre per axis).
     """
@@ -258,8 +259,9 @@ def joint_lugre_loaded(
     """LuGre friction of a joint made by its reaction: T = -Q (s_0 z + s_1 z' + s_2 w), otherwise as
     joint_lugre.
 
-    Returns (z', T). static mu_s, kinetic mu_k; per unit of load: stiffness s_0 [1/rad or 1/m],
-    damping s_1 and viscous s_2 [s/rad or s/m].
+    Returns (z', T). static mu_s, kinetic mu_k [-]; stribeck_rate w_s [rad/s or m/s], exponent d
+    [-]. Per unit of load: stiffness s_0 [1/rad or 1/m], damping s_1 and viscous s_2 [s/rad or s/m].
+    Valid at rest and in sliding.
     Source: as joint_lugre, scaled by the load.
     """
     level = kinetic + (static - kinetic) * math.exp(-(abs(rate / stribeck_rate) ** exponent))

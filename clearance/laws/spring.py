@@ -14,7 +14,8 @@ from clearance.values.checks import non_negative, positive
 def cubic_spring(elongation, rate, stiffness, cubic, damping=0.0):
     """T = k x + k_3 x^3 + d x' [N]: a spring that hardens (k_3 > 0) or softens.
 
-    stiffness k [N/m], cubic k_3 [N/m^3], damping d [N s/m]. With k_3 = 0 it is linear.
+    stiffness k [N/m], cubic k_3 [N/m^3], damping d [N s/m]. With k_3 = 0 it is linear. Valid for
+    k + 3 k_3 x^2 > 0, where it is stable.
     Raises ValueError for a negative stiffness or damping.
     Source: Duffing, Erzwungene Schwingungen bei veraenderlicher Eigenfrequenz (1918).
     """
@@ -26,7 +27,7 @@ def stop(elongation, rate, stiffness, play=0.0, dissipation=0.0):
     """T = -k d (1 + chi d') where d = -x - play > 0, else 0; never pulling [N]: a bumper.
 
     stiffness k [N/m]; play [m]: way from the free length to the stop; dissipation chi [s/m]. The
-    force starts at 0 at any speed. Restitution is some 1 - 2/3 chi v for small chi v.
+    force starts at 0 at any speed. Restitution is some 1 - 2/3 chi v; valid for small chi v.
     Raises ValueError for a stiffness that is not positive and other negative numbers.
     Source: Hunt and Crossley, J. Appl. Mech. 42 (1975) 440, with the exponent 1.
     """
@@ -41,7 +42,7 @@ def backlash(elongation, rate, stiffness, play, dissipation=0.0):
     """T = s k d (1 + chi s x') where d = |x| - play / 2 > 0, s = sign(x), else 0 [N]: a loose fit.
 
     stiffness k [N/m] of either side; play [m] in all; dissipation chi [s/m], as `stop`. It never
-    pulls back. Without play it is a linear spring.
+    pulls back. Without play it is a linear spring. Valid for small chi x'.
     Raises ValueError for a stiffness that is not positive and other negative numbers.
     Source: Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; teeth: Kahraman and Singh (1990).
     """
@@ -57,7 +58,8 @@ def friction_damper(elongation, rate, force, transition_rate, viscous=0.0):
     """T = F tanh(x' / v_t) + d x' [N]: a damper with dry friction, smooth at rest.
 
     force F [N]; transition_rate v_t [m/s], far below the speeds of interest; viscous d [N s/m].
-    It creeps at rest. Raises ValueError for negative numbers and a v_t of 0.
+    Valid for sliding far above v_t; at rest it creeps. Raises ValueError for negative numbers and a
+    v_t of 0.
     Source: as `joint_coulomb`; Andersson, Soederberg and Bjoerklund, Tribol. Int. 40 (2007) 580.
     """
     return force * math.tanh(rate / transition_rate) + viscous * rate
@@ -67,7 +69,8 @@ def friction_damper(elongation, rate, force, transition_rate, viscous=0.0):
 def quadratic_damper(elongation, rate, quadratic, viscous=0.0):
     """T = c |x'| x' + d x' [N]: an orifice, whose pressure drop grows with the squared flow.
 
-    quadratic c [N s2/m2], viscous d [N s/m]. Raises ValueError for negative numbers.
+    quadratic c [N s2/m2], viscous d [N s/m]. Valid for turbulent flow. Raises ValueError for
+    negative numbers.
     Source: Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007, ch. 6.
     """
     return quadratic * abs(rate) * rate + viscous * rate

@@ -80,8 +80,8 @@ def superposed(gap, joint, smallest_gap=1e-3, dry=0.4, mixed=1.0, full=3.0):
     laws.
 
     The film is complete down to smallest_gap (over the clearance c), contact begins at the wall.
-    The thresholds only label the states in the output. Source: the plain sum, to compare the other
-    transitions with.
+    The thresholds dry < mixed < full only label the states in the output. Valid to compare the
+    other transitions with. Source: the plain sum.
     """
     floor = smallest_gap * joint.clearance
     w_full, w_mixed, w_dry = where(gap, joint.roughness, dry, mixed, full)
@@ -106,9 +106,9 @@ def flores_hybrid(gap, joint, tolerance=0.05, largest_ratio=0.999, dry=0.4, mixe
 
     tolerance e_0 over the clearance; largest_ratio: eccentricity ratio at which the film is frozen,
     for it diverges before e = c. Continuous but with kinks at c and c + e_0; e_0 has no physical
-    meaning. The thresholds only label the states in the output.
-    Source: Flores, Ambrosio and Claro, Multibody Syst. Dyn. 12 (2004) 47; Flores et al. (2006,
-    2009).
+    meaning. The thresholds dry < mixed < full only label the states in the output. Valid to compare
+    with the literature. Source: Flores, Ambrosio and Claro, Multibody Syst. Dyn. 12 (2004) 47;
+    Flores et al. (2006, 2009).
     """
     beyond = min(max(-gap / (tolerance * joint.clearance), 0.0), 1.0)
     film_gap = max(gap, (1.0 - largest_ratio) * joint.clearance)
@@ -164,9 +164,9 @@ def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0, datum=1.0, squeeze=1.0):
       0: the rate of a gap that stands still.
     - memberships: half-cosines, see `memberships`; `fuzzy_table` takes others.
 
-    Source: reconstruction after Jin et al., Arch. Appl. Mech. 93 (2023) 2831 (whose membership
-    functions are not known to us) and Luo and Yan (1989). Raises ValueError for thresholds that do
-    not grow, a datum above l_f and a share outside [0, 1].
+    Valid for gaps of about the roughness. Source: reconstruction after Jin et al., Arch. Appl.
+    Mech. 93 (2023) 2831 (whose membership functions are not known to us) and Luo and Yan (1989).
+    Raises ValueError for thresholds that do not grow, a datum above l_f and a share outside [0, 1].
     """
     w_full, w_mixed, w_dry = memberships(gap / joint.roughness, dry, mixed, full)
     return weighted(gap, joint.roughness, mixed, full, datum, squeeze, w_full, w_mixed, w_dry)
@@ -376,8 +376,8 @@ def load_sharing(gap, joint, dry=0.4, mixed=1.0, full=3.0):
 
     The film gap is floored: sqrt(h_T^2 + (0.02 sigma)^2).
     Full film for lambda -> infinity (h_T = h_0 to 0.02 % at 3), dry contact for mu -> 0 and sigma
-    -> 0. The thresholds only label the states in the output. Source: mean gap of Gaussian surfaces,
-    Patir and Cheng (1978).
+    -> 0. The thresholds dry < mixed < full only label the states in the output. Valid for
+    Gaussian heights. Source: their mean gap, Patir and Cheng (1978).
     """
     sigma = joint.roughness
     ratio = gap / sigma

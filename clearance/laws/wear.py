@@ -53,7 +53,8 @@ def archard_reye(pressure, sliding_speed, energy_coefficient, friction):
     """h' = k_e mu p v [m/s]: worn volume in proportion to the work of friction.
 
     energy_coefficient k_e [m3/J]; friction mu, the coefficient that the surfaces rub with [-].
-    `archard` with k = k_e mu. Raises ValueError for k_e outside [1e-22, 1e-9] m3/J and mu < 0.
+    `archard` with k = k_e mu, and valid as that. Raises ValueError for k_e outside [1e-22, 1e-9]
+    m3/J and mu < 0.
     Source: Reye, Der Civilingenieur 4 (1860) 235; Fouvry, Kapsa and Vincent, Wear 200 (1996) 186.
     """
     return energy_coefficient * friction * pressure * sliding_speed
@@ -64,7 +65,7 @@ def sarkar(pressure, sliding_speed, coefficient, friction):
     """h' = k p v sqrt(1 + 3 mu^2) [m/s]: the shear of friction makes the real contact yield
     earlier.
 
-    coefficient k [m2/N] without friction; friction mu [-]. `archard` for mu = 0.
+    coefficient k [m2/N] without friction; friction mu [-]. `archard` for mu = 0, and valid as that.
     Raises ValueError for k outside [1e-22, 1e-9] m2/N and mu < 0.
     Source: Sarkar, Friction and Wear, Academic Press 1980.
     """

@@ -37,11 +37,19 @@ def lacking(objects, has):
         pytest.param(r"[=:].*[-+*/^()]", id="equation"),
         pytest.param(r"\[[^\]]+\]", id="units in brackets"),
         pytest.param(r"Source|\(\d{4}\)| \d{4}", id="source"),
+        pytest.param(r"[Vv]alid", id="validity"),
     ],
 )
 def test_laws_state_equation_units_and_source(pattern):
-    """Every law states its equation, units and source."""
+    """Every law states its equation, units, validity and source."""
     assert lacking(LAWS, lambda law: re.search(pattern, law.__doc__)) == []
+
+
+def test_users9_laws_name_each_of_their_parameters():
+    """A parameter that a law takes stands in its docstring, and so does the force of a contact."""
+    assert lacking(LAWS, lambda law: {*law.given} <= {*re.findall(r"\w+", law.__doc__)}) == []
+    contacts = {n: law for n, law in LAWS.items() if law.family is cl.contact}
+    assert lacking(contacts, lambda law: re.search(r"\bF = |\bf = |Force", law.__doc__)) == []
 
 
 def test_functions_have_a_docstring():
