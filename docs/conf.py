@@ -1,8 +1,8 @@
 """Configuration of the documentation site: `python -m sphinx -W -b html -c docs . site` in a
 checkout.
 
-The checkout is the source folder: README, CONTRIBUTING and the tables of tests are pages where they
-stand. The guide is split into pages and the laws are listed before anything is read, see pages.py.
+The checkout is the source folder: README, CONTRIBUTING, the guide in this folder and the tables of
+tests are pages where they stand. Laws and cases are listed before anything is read, see pages.py.
 """
 
 import os
@@ -40,7 +40,7 @@ include_patterns = [
 # the gallery has notebooks and scripts of its own, which are run once
 exclude_patterns = [f"docs/made/gallery/*.{e}" for e in ("ipynb", "py", "zip", "md5", "json")]
 exclude_patterns += ["docs/gallery/*", "docs/*.py"]
-myst_enable_extensions = ["dollarmath", "attrs_inline", "colon_fence"]
+myst_enable_extensions = ["dollarmath", "attrs_inline", "colon_fence", "html_image"]
 myst_heading_anchors = 4
 nb_execution_mode = "cache"
 nb_execution_timeout = 300

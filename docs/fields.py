@@ -11,7 +11,7 @@ from clearance.laws.law import Family
 from clearance.scene.document import KINDS, is_needed
 from clearance.scene.toml_scene import SECTIONS
 
-GUIDE = Path(__file__).parent.parent / "clearance" / "GUIDE.md"
+PAGE = Path(__file__).parent / "elements.md"
 BEGIN, END = "<!-- fields -->", "<!-- fields:end -->"
 #: what a table in a scene file makes, by its section
 TABLES = {
@@ -87,11 +87,11 @@ def _default(field: Field) -> str:
 
 
 def renewed(text: str) -> str:
-    """The guide with these tables between their marks."""
+    """The page with these tables between their marks."""
     head, _, rest = text.partition(BEGIN)
     _, _, tail = rest.partition(END)
     return "\n".join([f"{head}{BEGIN}", "", *table(), "", f"{END}{tail}"])
 
 
 if __name__ == "__main__":
-    GUIDE.write_text(renewed(GUIDE.read_text(encoding="utf-8")), encoding="utf-8")
+    PAGE.write_text(renewed(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

@@ -20,7 +20,6 @@ ROOT = Path(__file__).parent.parent.parent
 PAGES = (
     "README.md",
     "CONTRIBUTING.md",
-    "clearance/GUIDE.md",
     "paper_figures/README.md",
     "tests/benchmarks/README.md",
     *sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs").glob("*.md")),

@@ -9,7 +9,6 @@ J/K that takes 10 W, 0.8 W/K from a housing of 200 J/K and that 0.5 W/K from the
 import csv
 import dataclasses
 import math
-import re
 from functools import partial
 from pathlib import Path
 
@@ -22,6 +21,7 @@ from clearance.laws.materials import HeatBalance
 from clearance.mechanism.build import build
 from tests.film.test_heat import COLD, FIRST_LAW, MIXED, C, scene
 from tests.mechanisms import film, journal
+from tests.pages import block
 
 TABLE = (Path(__file__).parent / "thermal_nodes.csv").read_text()
 ROWS = {row["quantity"]: float(row["value"]) for row in csv.DictReader(TABLE.splitlines())}
@@ -217,12 +217,8 @@ class TestStructure:
 
 def test_guide():
     """The guide's example, shorter: heat goes from both oils to the housing."""
-    text = (Path(cl.__file__).parent / "GUIDE.md").read_text()
-    block = next(
-        b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "cl.ThermalNode(" in b
-    )
     scope: dict = {}
-    exec(block.replace("turns=2", "turns=0.1"), scope)
+    exec(block("cl.ThermalNode(").replace("turns=2", "turns=0.1"), scope)
     run = scope["run"]
     warming = [run.joint(n).oil_temperature[-1] - COLD for n in "AD"]
     assert 0.0 < run.node("housing").temperature[-1] - COLD < min(warming)

@@ -70,7 +70,8 @@ def copy(root: Path) -> Path:
     shutil.copytree(ROOT / "tests", root / "tests", ignore=shutil.ignore_patterns("*.h5"))
     shutil.copy(ROOT / "pyproject.toml", root)
     (root / "docs").mkdir()
-    shutil.copy(ROOT / "docs" / "fields.py", root / "docs")
+    for name in ("fields.py", "elements.md"):
+        shutil.copy(ROOT / "docs" / name, root / "docs")
     return root
 
 
@@ -141,7 +142,7 @@ def test_the_guide_takes_up_the_new_joint(walked):
     assert "`python docs/fields.py`" in TEXT
     actual = run(walked, "docs/fields.py")
     assert actual.returncode == 0, actual.stderr
-    assert "| `[joint]` | `Oldham` |" in (walked / "clearance" / "GUIDE.md").read_text()
+    assert "| `[joint]` | `Oldham` |" in (walked / "docs" / "elements.md").read_text()
 
 
 def test_printed_run(walked):

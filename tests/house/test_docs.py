@@ -10,11 +10,10 @@ import pytest
 import clearance as cl
 from clearance import laws
 from clearance.scene import document, law_names
-from tests.house.test_readme import commands
+from tests.pages import GUIDE, TEXT
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-TEXTS = sorted(DOCS.glob("*.md"))
 NOTEBOOKS = sorted(p for p in (DOCS / "notebooks").glob("*.md") if p.stem != "index")
 GALLERY = sorted((DOCS / "gallery").glob("plot_*.py"))
 
@@ -39,46 +38,38 @@ def cells(path):
     return "\n".join(re.findall(r"```\{code-cell\}\n(.*?)```", text, re.DOTALL))
 
 
-# --- the guide in pages
-def test_every_section_of_the_guide_stands_on_one_page(pages):
-    """The pages divide the guide: each section once."""
-    text = pages.GUIDE.read_text()
-    parts = pages.divided(text)
-    titles = [s.title for part in parts.values() for s in part]
-    headings = re.findall(
-        r"^#{2,3} (.+)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE
-    )
-    assert sorted(titles) == sorted(headings)
-    assert [s.title for s in parts["sure"]] == ["How sure is this number?"]
-    assert "What is executed when files are opened" in [s.title for s in parts["running"]]
-
-
-def test_links_between_pages_of_the_guide_lead_somewhere(pages):
-    """To the page that has the section, or to a file of the checkout."""
-    actual = pages.guide_pages(pages.GUIDE.read_text())
-    folder = DOCS / "made" / "guide"
-    for text in actual.values():
-        for target in re.findall(
-            r"\]\(([^)\s]+)\)", re.sub(r"```.*?```|`[^`]*`", "", text, flags=re.DOTALL)
-        ):
-            file, _, anchor = target.partition("#")
-            if file.removesuffix(".md") in actual:
-                headings = re.findall(r"^#+ (.+)$", actual[file.removesuffix(".md")], re.MULTILINE)
-                assert anchor in map(pages.anchor, headings), target
-            else:
-                assert target.startswith("http") or (folder / file).resolve().exists(), target
-
-
-def test_links_to_the_guide_lead_to_its_pages(pages):
-    """Links into the guide are rewritten to the pages."""
-    source = ["[a](clearance/GUIDE.md#elements) [b](clearance/GUIDE.md)"]
-    pages.read_page(None, "README", source)
-    assert source == ["[a](docs/made/guide/mechanism.md#elements) [b](docs/index.md)"]
-    source = ["[a](../../clearance/GUIDE.md#sweeps) [b](../../paper_figures)"]
-    pages.read_page(None, "tests/benchmarks/README", source)
-    assert source == [
-        "[a](../../docs/made/guide/sweeps.md#sweeps) [b](../../paper_figures/README.md)"
+# --- pages
+def test_every_page_of_the_guide_is_in_a_table_of_contents():
+    """Each page stands once below another one, so the site has a place for it."""
+    names = [
+        n
+        for t in TEXT.values()
+        for m in re.findall(r"<!-- contents: (.+) -->", t)
+        for n in m.split()
     ]
+    pages = [n for n in names if "/" not in n]
+    assert sorted([*pages, "index"]) == sorted(Path(page).stem for page in GUIDE)
+
+
+def test_every_page_of_the_guide_is_listed():
+    """The guide's table has every page but those that list others or the literature."""
+    listed = re.findall(r"^\| \[[^]]+\]\((\w+)\.md\)", TEXT["docs/guide.md"], re.MULTILINE)
+    others = {"index", "guide", "reference", "glossary", "sources"}
+    assert sorted(listed) == sorted({Path(page).stem for page in GUIDE} - others)
+
+
+@pytest.mark.parametrize("page", GUIDE)
+def test_pages_are_short(page):
+    """Ten minutes of reading: 400 lines at most."""
+    assert len(TEXT[page].splitlines()) <= 400
+
+
+def test_pages_below_a_page_and_folders(pages):
+    """Comments become tables of contents; a folder of the repository leads to its README."""
+    source = ["[b](../../paper_figures)\n<!-- contents: a b -->"]
+    pages.read_page(None, "tests/benchmarks/README", source)
+    contents = "```{toctree}\n:hidden:\n\na\nb\n```"
+    assert source == [f"[b](../../paper_figures/README.md)\n{contents}"]
 
 
 def test_every_law_and_case_is_listed(pages):
@@ -109,25 +100,6 @@ def test_docstrings_become_fields_and_literals(pages, lines, wanted):
 
 
 # --- what is written by hand
-@pytest.mark.parametrize("path", TEXTS, ids=lambda p: p.name)
-def test_links_exist(path):
-    """Links of the site lead to files."""
-    text = re.sub(r"```.*?```", "", path.read_text(), flags=re.DOTALL)
-    for target in re.findall(r"\]\(([^)#\s]+)", text):
-        made = target.startswith(("made/", "http"))
-        assert made or (path.parent / target).exists(), target
-
-
-@pytest.mark.parametrize("path", TEXTS, ids=lambda p: p.name)
-def test_commands_are_understood(path):
-    """Commands on the pages pass the parser."""
-    from clearance import cli
-
-    for block in re.findall(r"```sh\n(.*?)```", path.read_text(), re.DOTALL):
-        for words in commands(block):
-            cli.parser().parse_args(words)
-
-
 def test_contributing_has_the_sentences_of_all_folders():
     """As `python docs/street.py` writes them."""
     import street
@@ -141,7 +113,7 @@ def test_the_guide_has_the_fields_of_every_element(pages):
     """As `python docs/fields.py` writes them; every element of a scene file is among them."""
     import fields
 
-    text = pages.GUIDE.read_text()
+    text = fields.PAGE.read_text()
     assert fields.renewed(text) == text
     rows = [line.split("|")[2].strip(" `") for line in fields.table()[2:]]
     assert {*rows} >= {kind.__name__ for kind in document.KINDS.values()}

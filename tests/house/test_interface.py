@@ -20,16 +20,8 @@ from clearance.run.options import span_of
 from clearance.scene.catalogue import find_case
 from clearance.scene.law_names import CONTACTS
 from clearance.sweeping.points import from_words
+from tests.pages import block
 from tests.typed import python
-
-GUIDE = (Path(__file__).parents[2] / "clearance" / "GUIDE.md").read_text()
-BLOCKS = re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)
-
-
-def block(mark):
-    """The first example of the guide with a mark."""
-    return next(b for b in BLOCKS if mark in b)
-
 
 SCENE = """
 from clearance.values.units import mm

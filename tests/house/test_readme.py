@@ -3,7 +3,6 @@
 import itertools
 import re
 import shlex
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,18 +11,9 @@ import clearance as cl
 from clearance import cli
 from clearance.commands.common import scene_of
 from clearance.laws.law import Law
+from tests.pages import PAGES, ROOT, TEXT, anchors, block, blocks, prose
 
-ROOT = Path(__file__).parents[2]
-BESIDE = ("benchmarks", "validation")
-PAGES = (
-    "README.md",
-    "clearance/GUIDE.md",
-    "CONTRIBUTING.md",
-    "paper_figures/README.md",
-    *(f"tests/{b}/README.md" for b in BESIDE),
-)
-TEXT = {page: (ROOT / page).read_text() for page in PAGES}
-README, GUIDE = (re.findall(r"```python\n(.*?)```", TEXT[page], re.DOTALL) for page in PAGES[:2])
+README, GUIDE = blocks(pages=("README.md",)), blocks()
 
 
 @pytest.fixture
@@ -87,7 +77,7 @@ def test_examples_of_the_guide(mark, printed, example):
 def test_own_mechanism(tmp_path, typed):
     """The guide's mechanism runs from a file."""
     path = tmp_path / "my_mechanism.py"
-    path.write_text(next(b for b in GUIDE if "def scene(" in b))
+    path.write_text(block("def scene(*, speed"))
     typed("run", path, "--turns 1 --json -o", tmp_path / "r.h5")
 
     assert cl.open_result(tmp_path / "r.h5").complete
@@ -96,9 +86,8 @@ def test_own_mechanism(tmp_path, typed):
 def test_own_law(tmp_path):
     """The guide's law runs in a dropped ball."""
     path = tmp_path / "own_law.py"
-    block = next(b for b in GUIDE if "@contact" in b)
     path.write_text(
-        "import clearance as cl\n" + block + "\ndef scene():\n"
+        "import clearance as cl\n" + block("@contact") + "\ndef scene():\n"
         "    law = liner(stiffness=1e8, hardening=1e8, damping=200.0)\n"
         "    return cl.Scene(cl.ClearanceRevolute(cl.ground, cl.Body('ball', 0.5, 1e-4), name='J', "
         "radius=0.01,\n"
@@ -122,10 +111,13 @@ def test_one_cites_this_version():
 
 @pytest.mark.parametrize("page", PAGES)
 def test_links_and_pictures_exist(page):
-    """Links and pictures of all pages lead to files."""
-    links = re.findall(r"\]\(([^)#]+)(#[^)]*)?\)|src=\"(.*?)\"", TEXT[page])
-    for link in (a or b for a, _, b in links):
-        assert link.startswith("http") or ((ROOT / page).parent / link).exists(), link
+    """Links and pictures of all pages lead to files, and to headings in them."""
+    links = re.findall(r"\]\(([^)#\s]*)(?:#([^)]*))?\)|src=\"(.*?)\"", prose(page))
+    for link, anchor, picture in links:
+        path = (ROOT / page).parent / (link or picture) if link or picture else ROOT / page
+        made = link.startswith(("http", "made/"))
+        assert made or path.exists(), link or picture
+        assert not anchor or made or anchor in anchors(path.read_text()), f"{link}#{anchor}"
 
 
 def commands(block):
@@ -147,8 +139,8 @@ def test_commands_are_understood(page):
     """Each printed `clearance ...` line has options that the command line has; cases and parameters
     exist.
     """
-    for block in re.findall(r"```sh\n(.*?)```", TEXT[page], re.DOTALL):
-        for words in commands(block.replace("${n}", "3000").replace("$n", "3000")):
+    for text in blocks("sh", (page,)):
+        for words in commands(text.replace("${n}", "3000").replace("$n", "3000")):
             options = cli.parser().parse_args(words)
             named = options.command in ("run", "explain", "work-precision", "inverse", "lyapunov")
             if named and not options.case.endswith((".py", ".toml", ".h5")):
@@ -157,7 +149,7 @@ def test_commands_are_understood(page):
 
 def test_law_families_are_all_named():
     """The guide's table of laws has every law of the package."""
-    table = TEXT["clearance/GUIDE.md"].partition("| family |")[2].partition("\n\n")[0]
+    table = TEXT["docs/own_laws.md"].partition("| family |")[2].partition("\n\n")[0]
     laws = [n for n in cl.__all__ if isinstance(getattr(cl, n), Law)]
     assert len(laws) > 40
     assert [n for n in laws if f"`{n}`" not in table] == []
@@ -165,7 +157,7 @@ def test_law_families_are_all_named():
 
 def test_elements_are_all_named():
     """The guide's table of elements has every element of the package."""
-    table = TEXT["clearance/GUIDE.md"].partition("| element |")[2].partition("\n\n")[0]
+    table = TEXT["docs/elements.md"].partition("| element |")[2].partition("\n\n")[0]
     assert [n for n in cl.elements.__all__ if f"`{n}`" not in table] == []
 
 

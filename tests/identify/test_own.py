@@ -5,7 +5,6 @@ simulation come back.
 import dataclasses
 import json
 import math
-import re
 from pathlib import Path
 
 import numpy as np
@@ -18,9 +17,8 @@ from clearance.identify.models import lugre1d
 from clearance.identify.own import between, model, open_model
 from clearance.identify.records import Measurement, Series, read, write
 from tests.identify.test_fit import TRUTH, programme, simulated
+from tests.pages import block
 
-GUIDE = (Path(__file__).parents[2] / "clearance" / "GUIDE.md").read_text()
-BLOCKS = re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)
 BOUNDS = {
     "static": between(0.02, 10.0, "N m"),
     "kinetic": between(0.02, 10.0, "N m"),
@@ -139,7 +137,7 @@ def test_a_loaded_law_is_fitted_to_several_preloads():
 def test_the_guides_law(tmp_path, monkeypatch, capsys):
     """The command as printed; the fit is read with its model; the curve's error is larger."""
     monkeypatch.chdir(tmp_path)
-    Path("my_law.py").write_text(next(b for b in BLOCKS if "# my_law.py" in b))
+    Path("my_law.py").write_text(block("# my_law.py"))
     write("bench.h5", spinning(800))
     assert (
         main(
@@ -173,7 +171,7 @@ def test_the_guides_law(tmp_path, monkeypatch, capsys):
 
 def noisy_path(name: str, true: dict, time: np.ndarray) -> np.ndarray:
     """A journal's path by a model of the guide, stored as FILE.py, with 0.5 um of noise (n, 2)."""
-    Path(name).write_text(next(b for b in BLOCKS if f"# {name}" in b))
+    Path(name).write_text(block(f"# {name}"))
     zeros = np.zeros_like(time)
     record = Series("run", "training", time, {"x": zeros, "y": zeros}, {"x": "m", "y": "m"})
     path = open_model(name).predicted(true, record)

@@ -3,7 +3,6 @@
 import json
 import math
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,11 +14,10 @@ from clearance.scene.toml_scene import formula, scene_file
 from clearance.scene.write_python import python_of
 from clearance.scene.write_toml import toml_of
 from tests import mechanisms as m
+from tests.pages import block
 from tests.random_scenes import ALIKE, draw
 from tests.seeds import few_of
 from tests.typed import python
-
-GUIDE = Path(cl.__file__).parent / "GUIDE.md"
 
 FEEDER = """
 name = "six_bar_feeder"
@@ -465,8 +463,7 @@ def test_a_law_of_a_case_file_has_no_name_in_a_scene_file():
 
 def test_the_scene_file_of_the_guide(tmp_path):
     """It is a scene, with a length of its own."""
-    block = GUIDE.read_text().partition("```toml\n")[2].partition("```")[0]
-    case = case_of(tmp_path, block)
+    case = case_of(tmp_path, block("[parameters]", "toml"))
     scene = case.scene(clearance=2e-4)
     assert scene.clearance_joints[0].length == pytest.approx(0.04, rel=1e-15)
     assert (case.name, case.until, scene.turn) == ("machine", 2.0, None)
@@ -474,10 +471,10 @@ def test_the_scene_file_of_the_guide(tmp_path):
 
 def test_memberships_and_wear_of_the_guide(tmp_path):
     """The guide's lines of a mixed joint, in the place of the feeder's transition."""
-    block = GUIDE.read_text().split("```toml\n")[2].partition("```")[0]
     lines = [line for line in FEEDER.splitlines() if not line.startswith("B.transition")]
     at = lines.index('B.film = "table"')
-    text = "\n".join([*lines[:at], 'B.film = "short"', block, *lines[at + 1 :]])
+    printed = ['B.film = "short"', block("fuzzy_table", "toml")]
+    text = "\n".join([*lines[:at], *printed, *lines[at + 1 :]])
     text = text.replace('B.length = "20 mm"', 'B.length = "8 mm"')
     (joint,) = case_of(tmp_path, text).scene().clearance_joints
     points = [

@@ -9,7 +9,6 @@ angle.
 import csv
 import dataclasses
 import math
-import re
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +23,7 @@ from clearance import laws
 from clearance.mechanism.build import build
 from clearance.metrics.metrics import metrics
 from clearance.values import checks
+from tests.pages import block
 from tests.seeds import few_of
 
 TABLE = (Path(__file__).parent / "finite_drives.csv").read_text()
@@ -460,12 +460,8 @@ def test_cases(case, drive):
 class TestWords:
     def test_guide(self):
         """The guide's drive: its natural current is that at rest."""
-        text = (Path(cl.__file__).parent / "GUIDE.md").read_text()
-        block = next(
-            b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "cl.dc_motor(" in b
-        )
         scope = {"cl": cl, "crank": cl.Body("crank", 1.0, INERTIA)}
-        exec(block, scope)
+        exec(block("cl.dc_motor("), scope)
         (current,) = scope["drive"].states()
         assert (current.name, current.unit, current.size) == ("current", "A", 24.0 / 0.5)
         assert scope["drive"].turn == pytest.approx(0.1)
