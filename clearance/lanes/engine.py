@@ -101,7 +101,7 @@ def engine(
     rows = Rows()
     steps.add_rows(rows, shape)
     stepper.add_rows(rows, shape)
-    watch.add_rows(rows, shape, watched)
+    watch.add_rows(rows, watched, stepper.HELD)
     rows.add("par", count=len(structure.layout.parameters) + structure.layout.derived)
     rows.add("work", count=structure.layout.work + 1)
     n = shape.states
@@ -118,8 +118,8 @@ def engine(
         "prepare": stepper.prepare(rows, shape, entries),
         "iterate": stepper.iterate(rows, shape, entries),
         "finish": stepper.finish(rows, shape, entries, watched),
-        "inside": watch.inside(rows, shape, entries, watched),
-        "sample": watch.sample(rows, shape, entries, watched),
+        "inside": watch.inside(rows, shape, entries, watched, stepper.settled),
+        "sample": watch.sample(rows, shape, entries, watched, stepper.settled),
     }
     watch.look_first(pieces["start"], entries, watched)
     sampled = pieces["sample"].used(entries.samples)
@@ -142,10 +142,12 @@ def engine(
         calls[entries.jacobian] = lane_kernels.write(module, "jacobian", jacobian, width, shared)
     for name, piece in pieces.items():
         write(module, f"piece_{name}", piece, rows, width, calls)
-    step = [*rows.places("base"), *rows.places("polynomial")]
-    sample = [*rows.places("sample_base"), *rows.places("sample_polynomial")]
-    copy(module, "piece_hold", dict(zip(step, sample, strict=True)), width)
-    copy(module, "piece_spread", dict(zip(step, step, strict=True)), width, spread=True)
+    held, sample = (
+        [row for name in stepper.HELD for row in rows.places(f"{of}{name}")]
+        for of in ("", "sample_")
+    )
+    copy(module, "piece_hold", dict(zip(held, sample, strict=True)), width)
+    copy(module, "piece_spread", dict(zip(held, held, strict=True)), width, spread=True)
     code = Code(module)
     addresses = np.array([code.address(f"piece_{name}") for name in PIECES], dtype=np.int64)
     return Engine(

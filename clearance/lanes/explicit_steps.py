@@ -39,6 +39,7 @@ from clearance.stepping.dop853 import (
 from clearance.values.spots import CONTACT, FILM
 
 IMPLICIT = False
+HELD = ("base", "polynomial")  # of a step, for places inside it
 NEXT = ITERATE  # phase of a step that begins
 BLANK = {"effort": 0.9}
 PROBES = 8  # parts of a step that is searched for contacts
@@ -217,6 +218,12 @@ def meets(piece: Piece, shape: Shape, probes: list[list]):
             top = piece.choose(turns, value, high[0])
             met.append(piece.above(piece.largest(top, high[0]), band))
     return piece.either(*met)
+
+
+def settled(piece: Piece, shape: Shape, entries: Entries, theta, t, of: str = "") -> list:
+    """States inside a step, where no rate is stiff; of: "sample_" for the step of a sample."""
+    moved = piece.along(piece.all(f"{of}polynomial"), theta, shape.states)
+    return [a + b for a, b in zip(piece.all(f"{of}base"), moved, strict=True)]
 
 
 def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:

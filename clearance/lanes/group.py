@@ -292,7 +292,8 @@ class Driver:
             (), queue.layout(width=width, quantities=quantities, contacts=contacts)
         )
         numbers = {"quantities": quantities, "limit": limit or LONGEST, "size": shape.size}
-        numbers |= {"held": shape.states + rows.counts["polynomial"], "pause": LONGEST}
+        held = sum(rows.counts[name] for name in group.stepper.HELD)
+        numbers |= {"held": held, "pause": LONGEST}
         for name, number in (numbers | {"then": group.stepper.NEXT}).items():
             self.memory[name] = number
         self.rows = aligned(rows.total, width)

@@ -144,13 +144,19 @@ class Piece:
 
     def along(self, polynomial: list, share, count: int) -> list:
         """Change of so many states up to a share of a step, on its dense output."""
-        values = []
+        return [value for value, _ in self.moving(polynomial, share, count)]
+
+    def moving(self, polynomial: list, share, count: int) -> list[tuple]:
+        """These changes, each with its derivative to the share."""
+        pairs = []
         for i in range(count):
-            value = 0.0
+            value = slope = 0.0
             for r in range(len(polynomial) // count - 1, -1, -1):
-                value = (value + polynomial[r * count + i]) * (share if r % 2 == 0 else 1.0 - share)
-            values.append(value)
-        return values
+                value = value + polynomial[r * count + i]
+                factor, turn = (share, 1.0) if r % 2 == 0 else (1.0 - share, -1.0)
+                value, slope = value * factor, slope * factor + value * turn
+            pairs.append((value, slope))
+        return pairs
 
     def length(self, values, count: int):
         """Root of the mean square."""

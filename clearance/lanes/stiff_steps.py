@@ -22,12 +22,14 @@ from clearance.lanes.steps import (
 )
 from clearance.lanes.watch import Moment, Watch, look
 from clearance.mechanism.build import Mechanism
-from clearance.stepping.radau import ITERATIONS, SAFETY
+from clearance.stepping.radau import ITERATIONS, SAFETY, STIFF
+from clearance.stepping.state import SETTLED
 from clearance.stepping.tableaus import RADAU5 as K
 from clearance.values.spots import CONTACT
 
 IMPLICIT = True
 STAGES = 3
+HELD = ("base", "polynomial", "real", "exchanges", "last_h")  # of a step, for places inside it
 MOST_RATES = 16  # equations of a Newton iteration whose factors are written down
 ORDER = 4  # of the error estimate's defect
 NEXT = PREPARE  # phase of a step that begins
@@ -165,10 +167,10 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     return piece
 
 
-def read_real(piece: Piece, shape: Shape) -> tuple[list[list], list]:
-    """Factors of the real matrix."""
-    size, values = shape.rates, piece.all("real")
-    exchanges = [piece.above(v, 0.5) for v in piece.all("exchanges")]
+def read_real(piece: Piece, shape: Shape, of: str = "") -> tuple[list[list], list]:
+    """Factors of the real matrix; of: "sample_" for those of a sample's step."""
+    size, values = shape.rates, piece.all(f"{of}real")
+    exchanges = [piece.above(v, 0.5) for v in piece.all(f"{of}exchanges")]
     return [values[i * size : (i + 1) * size] for i in range(size)], exchanges
 
 
@@ -278,6 +280,30 @@ def judge(piece: Piece, norm, rtol) -> None:
     piece.set("old", norm)
     piece.set("iteration", iteration + 1.0)
     piece.set("phase", piece.choose(ended, float(FINISH), float(ITERATE)))
+
+
+def settled(piece: Piece, shape: Shape, entries: Entries, theta, t, of: str = "") -> list:
+    """States inside a step, stiff rates brought to the equations: see `settle` of the loop.
+
+    of: "sample_" for the step of a sample.
+    """
+    n, p, size = shape.states, shape.coordinates, shape.rates
+    h = piece.one(f"{of}last_h")
+    pairs = piece.moving(piece.all(f"{of}polynomial"), theta, n)
+    y = [a + b for a, (b, _) in zip(piece.all(f"{of}base"), pairs, strict=True)]
+    lu, exchanges = read_real(piece, shape, of)
+    inverse = piece.trace.div(1.0, piece.largest(h, 1e-300))
+    gain, between = inverse * K.real, piece.above(theta, 0.0)
+    stiff = piece.either(*(piece.less(piece.size(lu[i][i]) * gain, STIFF) for i in range(size)))
+    moves, start = piece.both(stiff, between), y[p:]
+    for _ in range(SETTLED):
+        f = piece.call(entries.rhs, t, y + piece.all("y")[n:])
+        defect = [
+            f[p + i] - pairs[p + i][1] * inverse - gain * (y[p + i] - start[i]) for i in range(size)
+        ]
+        change = solve(piece, lu, exchanges, defect)
+        y[p:] = [v + piece.choose(moves, d, 0.0) for v, d in zip(y[p:], change, strict=True)]
+    return y
 
 
 def error_of(piece: Piece, shape: Shape, f: list, stages: list[list]) -> tuple[list, object]:

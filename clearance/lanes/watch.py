@@ -71,13 +71,13 @@ class Watch:
     own: int = 0
 
 
-def add_rows(rows: Rows, shape: Shape, watch: Watch) -> None:
-    """Rows of the outputs."""
+def add_rows(rows: Rows, watch: Watch, held: tuple[str, ...]) -> None:
+    """Rows of the outputs; held: rows of a step that places inside it need."""
     count = len(watch.quantities)
     rows.add("refine", "interval", "within", "found", "share", "sample_time", "sample_theta")
     rows.add("inner_time", "inner_theta")
-    rows.add("sample_base", count=shape.states)
-    rows.add("sample_polynomial", count=rows.counts["polynomial"])
+    for name in held:
+        rows.add(f"sample_{name}", count=rows.counts[name])
     rows.add("value", "last", "next", "between", "search", "seen", count=count)
     rows.add("sums", "summands", "at_begin", "at_middle", "at_end", count=len(watch.reductions))
     rows.add("tracks", count=len(watch.tracks))
@@ -191,26 +191,24 @@ def look_first(piece: Piece, entries: Entries, watch: Watch) -> None:
         piece.set_one("at_end", k, value)
 
 
-def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
+def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch, settled: Callable) -> Piece:
     """Quantities at places inside a step of one run, one in each lane."""
     piece = Piece(rows, None)
-    moved = piece.along(piece.all("polynomial"), piece.one("inner_theta"), shape.states)
-    y = [a + b for a, b in zip(piece.all("base"), moved, strict=True)]
-    y += piece.all("y")[shape.states :]
-    row = piece.call(entries.outputs, piece.one("inner_time"), y)
+    time = piece.one("inner_time")
+    y = settled(piece, shape, entries, piece.one("inner_theta"), time)
+    row = piece.call(entries.outputs, time, y + piece.all("y")[shape.states :])
     piece.set("seen", *values_of(piece, watch, row))
     for k, value in stepped(piece, watch, row):
         piece.set_one("summands", k, value)
     return piece
 
 
-def sample(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
+def sample(rows: Rows, shape: Shape, entries: Entries, watch: Watch, settled: Callable) -> Piece:
     """Outputs at samples of one run, one in each lane: sums over samples, and what is tracked."""
     piece = Piece(rows, None)
-    moved = piece.along(piece.all("sample_polynomial"), piece.one("sample_theta"), shape.states)
-    y = [a + b for a, b in zip(piece.all("sample_base"), moved, strict=True)]
-    y += piece.all("y")[shape.states :]
-    row = piece.call(entries.samples, piece.one("sample_time"), y)
+    time = piece.one("sample_time")
+    y = settled(piece, shape, entries, piece.one("sample_theta"), time, "sample_")
+    row = piece.call(entries.samples, time, y + piece.all("y")[shape.states :])
     ideal, mine, share = piece.all("given"), piece.all("own"), piece.one("share")
     for k, reduction in enumerate(watch.reductions):
         if reduction.stepped:
