@@ -21,7 +21,7 @@ from clearance.commands import COMMANDS
 from clearance.commands.common import DONE, FAILED, WRONG, complain
 from clearance.files.texts import shortened
 from clearance.results.run_warning import RunWarning
-from clearance.run import interrupts
+from clearance.run import interrupts, progress_bar
 from clearance.values.checks import meant
 from clearance.version import VERSION
 
@@ -82,6 +82,7 @@ def main(arguments: list[str] | None = None) -> int:
         commands.error(f"argument {empty[0].partition('=')[0]}: expected a value, got '--'")
     options = commands.parse_args(_joined(words))
     options.line = shlex.join(["clearance", *words])
+    progress_bar.by_command()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RunWarning)  # commands print them

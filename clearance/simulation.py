@@ -26,6 +26,7 @@ from clearance.results.stream import Stream, Unwritable, matching
 from clearance.run.interrupts import DeferredSignals
 from clearance.run.limits import Demand, affordable
 from clearance.run.options import SAMPLES_PER_TURN, Output, Solver, longest_step, span_of
+from clearance.run.progress_bar import watched
 from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
 from clearance.run.start import opened_by
@@ -58,6 +59,7 @@ class NotReached(SimulationError):
     """
 
 
+@watched
 def simulate(
     scene: Scene,
     *,
@@ -75,7 +77,7 @@ def simulate(
     compression: int = 0,
     checkpoint: float | None = None,
     force: bool = False,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | bool | None = None,
     start: Record | str | Path | None = None,
     pressure_fields: int | None = None,
     error: str | float | Mapping[str, float] | None = AUTO,
@@ -95,7 +97,8 @@ def simulate(
         short result stays in memory, a large one in a temporary file, see Result.save.
         energy: integrate the energy ledger. max_step: longest step [s] (default a 24th of a turn,
         or of the span); give one where loads act more briefly than that. max_steps: give up after
-        so many. progress: called with the done share of the span.
+        so many. progress: called with the done share of the span; by default
+        a bar stands in terminals and notebooks after a second, False: none.
     channels: paths or patterns of the stored output, such as "bodies/slider/ax", "joints/B/*" or
         "solver", the log of steps (default all; the events are always stored);
     compression: gzip level of the file's columns (0: none). checkpoint: seconds of wall time

@@ -3,11 +3,8 @@ turns.
 """
 
 import argparse
-import sys
 from dataclasses import dataclass
 from pathlib import Path
-
-from clearance.commands.common import ProgressBar
 
 LOOKED_AT = 64  # turns over which a motion is looked at
 MEANING = (
@@ -70,20 +67,15 @@ class Chaotic:
     def _run(self, options, scene):
         from clearance.motions.chaos import statistics
 
-        bar = ProgressBar() if not options.json and sys.stderr.isatty() else None
-        try:
-            return statistics(
-                scene,
-                self.asked,
-                rtol=options.rtol,
-                method=options.method,
-                progress=bar,
-                max_turns=self.max_turns,
-                starts=self.starts,
-            )
-        finally:
-            if bar is not None:
-                bar.close()
+        return statistics(
+            scene,
+            self.asked,
+            rtol=options.rtol,
+            method=options.method,
+            progress=not options.json,
+            max_turns=self.max_turns,
+            starts=self.starts,
+        )
 
 
 def recognised(options, scene) -> Chaotic | None:

@@ -264,20 +264,3 @@ class Line:
     def clear(self) -> None:
         if self.shown:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
-
-
-class ProgressBar:
-    """A progress bar on stderr."""
-
-    def __init__(self):
-        from tqdm import tqdm
-
-        self.bar = tqdm(
-            total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed} passed, {remaining} left"
-        )
-
-    def __call__(self, share: float) -> None:
-        self.bar.update(100.0 * share - self.bar.n)
-
-    def close(self) -> None:
-        self.bar.close()

@@ -6,7 +6,6 @@ from pathlib import Path
 from clearance.commands.common import (
     DONE,
     FAILED,
-    ProgressBar,
     add_case,
     add_command,
     complain,
@@ -97,7 +96,6 @@ def run(options) -> int:
     if not options.data:
         raise ValueError("fit: --data names a record; --plan needs none")
     check_bounds(bounds)
-    shown = None if options.json else ProgressBar()
     try:
         result = fit(
             scene,
@@ -111,14 +109,11 @@ def run(options) -> int:
             starts=options.starts,
             seed=seed_of(options),
             folder=options.output,
-            progress=shown,
+            progress=not options.json,
         )
     except KeyboardInterrupt:
         text = "interrupted; with -o the same command goes on where this stopped"
         return complain(options, text, FAILED)
-    finally:
-        if shown is not None:
-            shown.close()
     document = result.document()
     if options.output:
         folder = Path(options.output)

@@ -6,7 +6,6 @@ from pathlib import Path
 from clearance.commands.common import (
     DONE,
     FAILED,
-    ProgressBar,
     add_case,
     add_command,
     add_length,
@@ -94,7 +93,6 @@ def run(options) -> int:
     check_bounds(bounds)
     if not options.minimize and not options.maximize:
         raise ValueError("optimize: --minimize METRIC or --maximize METRIC names the goal")
-    shown = None if options.json else ProgressBar()
     try:
         result = optimize(
             scene,
@@ -112,7 +110,7 @@ def run(options) -> int:
             seed=seed_of(options),
             designs=options.designs,
             folder=options.output,
-            progress=shown,
+            progress=not options.json,
         )
         document = result.document()
         if options.output:
@@ -120,9 +118,6 @@ def run(options) -> int:
     except KeyboardInterrupt:
         text = "interrupted; with -o the same command goes on where this stopped"
         return complain(options, text, FAILED)
-    finally:
-        if shown is not None:
-            shown.close()
     print(json_text(document) if options.json else "\n".join(lines(result, document)))
     return DONE
 

@@ -3,7 +3,6 @@
 import argparse
 import json
 import logging
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,7 +20,6 @@ from clearance.commands.accuracy import (
 from clearance.commands.common import (
     DONE,
     FAILED,
-    ProgressBar,
     add_case,
     add_command,
     add_force,
@@ -201,8 +199,6 @@ def _simulated(options, case, scene, output: Path):
     """
     from clearance.simulation import SimulationError, simulate
 
-    watched = not options.json and sys.stderr.isatty()
-    bar = ProgressBar() if watched else None
     if not options.json:
         logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
         logging.getLogger("skfem").setLevel(logging.WARNING)  # it reports every basis
@@ -210,12 +206,9 @@ def _simulated(options, case, scene, output: Path):
     more["sensitivity"] = options.sensitivity
     arguments = options.of_file if options.again else _arguments(options, case, scene)
     try:
-        result = simulate(scene, path=output, progress=bar, **more, **arguments)
+        result = simulate(scene, path=output, progress=not options.json, **more, **arguments)
     except SimulationError as error:
         return error.result, str(error)
-    finally:
-        if bar is not None:
-            bar.close()
     return result, None
 
 

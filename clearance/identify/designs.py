@@ -40,6 +40,7 @@ from clearance.identify.optimum import (
 from clearance.metrics.metrics import Metric
 from clearance.results.accessors import accessor
 from clearance.results.result import Result
+from clearance.run.progress_bar import watched
 from clearance.scene.catalogue import AnyCase, load_case
 from clearance.scene.parameter import varied
 from clearance.scene.scene import Scene
@@ -276,6 +277,7 @@ def metric_of(swept: Sweep, name: str, design: Design) -> np.ndarray:
     return values
 
 
+@watched
 def optimize(
     scene: AnyCase,
     parameters: Bounds,
@@ -294,7 +296,7 @@ def optimize(
     seed: int = 0,
     designs: int = FRONT,
     folder: str | Path | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | bool | None = None,
 ) -> Optimum:
     """Parameters of a scene that give the least or largest value of a metric under limits.
 

@@ -27,6 +27,7 @@ from clearance.identify.verdict import Interval, Verdict, verdict
 from clearance.metrics.sensor import deviation
 from clearance.results.accessors import accessor
 from clearance.results.result import Result
+from clearance.run.progress_bar import watched
 from clearance.scene.scene import Scene
 from clearance.simulation import simulate
 from clearance.values import checks
@@ -136,6 +137,7 @@ def shown(interval: Interval) -> str:
     return f"{name} = {value:.{digits}g}{unit} ({spread}, {kind})"
 
 
+@watched
 def fit(
     scene: Scene,
     data: Data | Sequence[Data],
@@ -149,7 +151,7 @@ def fit(
     starts: int = STARTS,
     seed: int = 0,
     folder: str | Path | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | bool | None = None,
 ) -> SceneFit:
     """Parameters of a scene from measured records, each with a 95 % interval.
 

@@ -26,6 +26,7 @@ from clearance.motions.ensemble import FEWEST_TURNS, Ensemble
 from clearance.results.extremes import TURNS
 from clearance.results.tables import Table, appending, save_tables, write_table
 from clearance.run.options import FINEST, Solver, Span
+from clearance.run.progress_bar import watched
 from clearance.run.run import Run
 from clearance.scene.catalogue import AnyCase, load_case
 from clearance.values import checks
@@ -316,6 +317,7 @@ def _columns(motion: Motion) -> Table:
 
 
 # --- running
+@watched
 def statistics(
     scene: AnyCase,
     error: float | str | Mapping[str, float | str] = ERROR,
@@ -326,7 +328,7 @@ def statistics(
     method: str = "auto",
     check: bool = True,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | bool | None = None,
 ) -> Statistics:
     """Means and quantiles of a scene's turns, run until their 95 % intervals are as narrow as
     requested.

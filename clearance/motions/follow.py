@@ -24,6 +24,7 @@ from clearance.results.extremes import along, guides
 from clearance.results.stream import matching
 from clearance.results.tables import save_tables
 from clearance.run.inputs import accept, differences, of_case
+from clearance.run.progress_bar import watched
 from clearance.scene.catalogue import AnyCase, case_with
 from clearance.values import checks
 from clearance.values.units import UNITS, written
@@ -172,6 +173,7 @@ class Branch:
         return [folder / "follow.csv", file]
 
 
+@watched
 def follow(
     case: AnyCase,
     parameter: str,
@@ -190,7 +192,7 @@ def follow(
     path: str | Path | None = None,
     unit: str = "",
     accept_changes: bool = False,
-    progress: Callable[[str], None] | None = None,
+    progress: Callable[[str], None] | bool | None = None,
 ) -> Branch:
     """Follow the periodic motion that a case settles to at `low`, towards `high`, round folds.
 

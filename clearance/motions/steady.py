@@ -17,6 +17,7 @@ from clearance.results.record import Record
 from clearance.results.result import Result
 from clearance.results.run_warning import warn
 from clearance.run.options import Output
+from clearance.run.progress_bar import watched
 from clearance.run.run import Run
 from clearance.run.start import opened_by
 from clearance.scene.catalogue import AnyCase, load_case
@@ -65,6 +66,7 @@ class Steady:
     autonomous: bool
 
 
+@watched
 def steady(
     scene: AnyCase,
     tolerance: float | str = 1e-6,
@@ -80,7 +82,7 @@ def steady(
     channels=None,
     compression: int = 0,
     error: str | None = AUTO,
-    progress: Callable[[str], None] | None = None,
+    progress: Callable[[str], None] | bool | None = None,
 ) -> Steady:
     """The periodic motion that a scene settles to.
 

@@ -9,10 +9,12 @@ class RunWarning(UserWarning):
 
 
 def warn(texts: Sequence[str]) -> None:
-    """Issue the warnings of a run as one, at the line of the caller's caller; nothing for none."""
+    """Issue the warnings of a run as one, at the line that called a `watched` study; nothing for
+    none.
+    """
     if texts:
         heading = f"{counted(texts)} of this run, also in `result.warnings`:"
-        warnings.warn("\n".join([heading, *texts]), RunWarning, stacklevel=3)
+        warnings.warn("\n".join([heading, *texts]), RunWarning, stacklevel=4)
 
 
 def counted(texts: Sequence[str]) -> str:

@@ -33,6 +33,7 @@ from clearance.run.inputs import (
     point_differences,
 )
 from clearance.run.limits import Demand, affordable
+from clearance.run.progress_bar import watched
 from clearance.run.recording import attributes_of
 from clearance.scene.catalogue import AnyCase, case_with, find_case
 from clearance.scene.parameter import wanted
@@ -94,6 +95,7 @@ class Progress:
     news: tuple[str, ...] = ()
 
 
+@watched
 def sweep(
     case: AnyCase,
     points: Points,
@@ -109,7 +111,7 @@ def sweep(
     retry_failed: bool = False,
     accept_changes: bool = False,
     force: bool = False,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[Progress], None] | bool | None = None,
     life: Mapping[str, object] | None = None,
     **options,
 ) -> Sweep:
@@ -132,7 +134,8 @@ def sweep(
         points are missing and the package, a law, an imported module or the scene's numbers have
         changed since; accept_changes: go on all the same. force: begin although a run needs more
         than 2^31 rows or a day, or all files more than the free disk.
-    progress: called with a `Progress` now and then. life: arguments of `wear`, turns among them.
+    progress: called with a `Progress` now and then; a bar by default, as in `simulate`. life:
+    arguments of `wear`, turns among them.
         Each point is the life of a mechanism that wears, in `lives/`, and has no run file. `depth`
         [m] is the depth up to which turns are counted.
     Raises ValueError or TypeError for wrong input before anything runs, also where the folder holds

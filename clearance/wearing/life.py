@@ -39,6 +39,7 @@ from clearance.results.result import Result, open_result
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.inputs import accept, differences, of_case
 from clearance.run.options import Output
+from clearance.run.progress_bar import watched
 from clearance.run.wear_sum import Turn, Wearing, solids_of, thinned
 from clearance.scene.catalogue import AnyCase, load_case
 from clearance.scene.scene import Scene
@@ -145,6 +146,7 @@ class Reached(NamedTuple):
     floor: float = 0.0
 
 
+@watched
 def wear(
     case: AnyCase,
     *,
@@ -160,7 +162,7 @@ def wear(
     method: str = "auto",
     samples_per_turn: int = 360,
     accept_changes: bool = False,
-    progress: Callable[[float, str], None] | None = None,
+    progress: Callable[[float, str], None] | bool | None = None,
     **parameters,
 ) -> Life:
     """The life of a mechanism whose joints wear, in a directory that can be killed and gone on

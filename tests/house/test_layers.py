@@ -71,11 +71,11 @@ ONLY_IN = {
     "optax": {"clearance.identify.learn"},
     "equinox": {"clearance.identify.learn"},
     "tqdm": {
-        "clearance.commands.common",
         "clearance.commands.sweep",
         "clearance.film.elastic_table",
         "clearance.film.pad_table",
         "clearance.film.table",
+        "clearance.run.progress_bar",
     },
 }
 

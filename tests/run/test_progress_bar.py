@@ -1,0 +1,75 @@
+"""Bars of progress: in terminals and notebooks, once, and of the outermost study."""
+
+import io
+import sys
+
+import pytest
+
+import clearance as cl
+from clearance.run import progress_bar
+
+POINTS = cl.grid(speed=[20.0, 30.0])
+
+
+class Terminal(io.StringIO):
+    """Text that counts as a terminal."""
+
+    def isatty(self) -> bool:
+        """It is one."""
+        return True
+
+
+def stream(monkeypatch, text=Terminal, **state):
+    """What a Python session writes to a new stream; bars stand from the start."""
+    monkeypatch.setattr(progress_bar, "DELAY", 0.0)
+    monkeypatch.setattr(progress_bar, "_state", {"command": False, "study": False} | state)
+    monkeypatch.setattr(sys, "stderr", fresh := text())
+    return fresh.getvalue
+
+
+def ideal(**options):
+    """An ideal slider-crank, one turn."""
+    return cl.simulate(cl.load_case("slider_crank", model="ideal"), turns=1, **options)
+
+
+def test_users15_a_terminal_shows_a_bar(monkeypatch):
+    """A run and a sweep have a bar by their names, which is gone at the end."""
+    shown = stream(monkeypatch)
+    ideal()
+    assert "simulate:" in shown()
+    assert shown().endswith("\r")
+
+
+def test_a_sweep_shows_its_points(monkeypatch, tmp_path):
+    """Points done and failed; the runs in it have no bars."""
+    shown = stream(monkeypatch)
+    cl.sweep("slider_crank", POINTS, tmp_path / "swept", turns=1, workers=1)
+    assert "2 of 2 done, 0 failed" in shown()
+    assert "simulate" not in shown()
+
+
+@pytest.mark.parametrize("kernel", [True, False])
+def test_notebooks_have_bars_and_pipes_none(kernel, monkeypatch):
+    """A kernel of notebooks shows a bar on a stream that is no terminal."""
+    shown = stream(monkeypatch, io.StringIO)
+    if kernel:
+        monkeypatch.setitem(sys.modules, "ipykernel", sys)
+    ideal()
+    assert ("simulate:" in shown()) == kernel
+
+
+@pytest.mark.parametrize("progress", [False, [].append])
+def test_no_bar_where_none_is_wanted(progress, monkeypatch):
+    """Neither for False nor beside a function of the user."""
+    shown = stream(monkeypatch)
+    ideal(progress=progress)
+    assert shown() == ""
+
+
+def test_commands_show_bars_where_they_are_requested(monkeypatch):
+    """Inside a command a run has one where it is requested."""
+    shown = stream(monkeypatch, command=True)
+    ideal()
+    assert shown() == ""
+    ideal(progress=True)
+    assert "simulate:" in shown()
