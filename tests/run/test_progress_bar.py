@@ -2,6 +2,7 @@
 
 import io
 import sys
+from types import SimpleNamespace
 
 import pytest
 
@@ -20,7 +21,7 @@ class Terminal(io.StringIO):
 
 
 def stream(monkeypatch, text=Terminal, **state):
-    """What a Python session writes to a new stream; bars stand from the start."""
+    """Text that a Python session writes to a new stream; bars stand from the start."""
     monkeypatch.setattr(progress_bar, "DELAY", 0.0)
     monkeypatch.setattr(progress_bar, "_state", {"command": False, "study": False} | state)
     monkeypatch.setattr(sys, "stderr", fresh := text())
@@ -41,11 +42,14 @@ def test_users15_a_terminal_shows_a_bar(monkeypatch):
 
 
 def test_a_sweep_shows_its_points(monkeypatch, tmp_path):
-    """Points done and failed; the runs in it have no bars."""
+    """A sweep has one bar, its runs have none; beside it stand the points."""
     shown = stream(monkeypatch)
     cl.sweep("slider_crank", POINTS, tmp_path / "swept", turns=1, workers=1)
-    assert "2 of 2 done, 0 failed" in shown()
+    assert "sweep:" in shown()
     assert "simulate" not in shown()
+    bar = progress_bar.ProgressBar("sweep")
+    bar(SimpleNamespace(done=1, failed=1, total=4))
+    assert (bar.bar.postfix, bar.bar.n) == ("1 of 4 done, 1 failed", 50.0)
 
 
 @pytest.mark.parametrize("kernel", [True, False])
