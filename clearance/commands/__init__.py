@@ -22,6 +22,7 @@ COMMANDS = {
     "lyapunov": "largest Lyapunov exponent: whether a motion is chaotic, with its error",
     "follow": "a periodic motion over a parameter: stability, folds, period doublings",
     "work-precision": "error against run time: all methods, with --peers others' too",
+    "benchmark": "twelve problems for any code, with reference values, their errors, a comparison",
     "stress": "the stiff and extreme matrix: each cell done or a named reason",
     "figures": "regenerate the figures of the source systems and of the evidence",
 }

@@ -1,0 +1,1 @@
+"""The benchmark set: problems, reference values, the comparison with another code."""
