@@ -81,6 +81,7 @@ if TYPE_CHECKING:  # for editors: names of laws and elements, modules, and what 
     from clearance.postprocess.report import report as report
     from clearance.postprocess.view import view as view
     from clearance.run.force_hole import hole_check as hole_check
+    from clearance.studies.benchmark.problems import benchmark as benchmark
 
     from clearance.run.again import again as again
 
@@ -139,6 +140,7 @@ _LAZY = {
     "NotReached": "clearance.simulation",
     "Result": "clearance.results.result",
     "load_case": "clearance.scene.catalogue",
+    "benchmark": "clearance.studies.benchmark.problems",
     "hole_check": "clearance.run.force_hole",
     "inverse_dynamics": "clearance.motions.inverse",
     "statistics": "clearance.motions.chaos",

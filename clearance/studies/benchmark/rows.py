@@ -85,7 +85,7 @@ def foreign(path: str | Path, rows: Iterable[Row]) -> dict[str, float]:
         if row.quantity in values:
             raise ValueError(f"{path}:{count}: {row.quantity} is there twice")
         try:
-            values[row.quantity] = _value(cells[:at] + cells[at + 1 :], row)
+            values[row.quantity] = _value(cells[at + 1 :] + cells[:at][::-1], row)
         except ValueError as error:
             raise ValueError(f"{path}:{count}: {row.quantity}: {error}") from None
     if not values:
@@ -124,10 +124,10 @@ def _value(cells: list[str], row: Row) -> float:
     if unit is None or unit == row.unit.replace(" ", ""):
         return number
     kind, factor = UNITS[unit]
-    wanted, own = UNITS.get(row.unit.replace(" ", ""), (row.unit, 1.0))
+    wanted, size = UNITS.get(row.unit.replace(" ", ""), (row.unit, 1.0))
     if kind != wanted:
         raise ValueError(f"{unit} is no unit of it; {row.unit} is")
-    return number * factor / own
+    return number * factor / size
 
 
 def table(comparisons: list[Comparison]) -> list[str]:

@@ -33,13 +33,13 @@ UNITS = {
 }
 
 
-def unit(quantity: str, own: dict) -> str:
+def unit(quantity: str, more: dict) -> str:
     """Unit of a quantity: of its longest words that are known."""
     words = quantity.split("_")
     spans = [(i, j) for i in range(len(words)) for j in range(i + 1, len(words) + 1)]
     for i, j in sorted(spans, key=lambda span: (span[0] - span[1], -span[1])):
-        if (name := "_".join(words[i:j])) in own | UNITS:
-            return (UNITS | own)[name]
+        if (name := "_".join(words[i:j])) in more | UNITS:
+            return (UNITS | more)[name]
     return "1"
 
 

@@ -1,0 +1,142 @@
+"""The benchmark set: this package within the errors, second codes, files of other codes."""
+
+import importlib
+from pathlib import Path
+
+import pytest
+
+import clearance as cl
+from clearance.studies.benchmark.problems import PROBLEMS, benchmark
+from clearance.studies.benchmark.rows import foreign, references
+
+ROOT = Path(__file__).parents[2]
+PAGES = ROOT / "docs/benchmark"
+#: problems that take some seconds
+SLOW = ()
+NAMES = [pytest.param(n, marks=[pytest.mark.slow] * (n in SLOW)) for n in PROBLEMS]
+#: that take some seconds by their second code
+LONG = ("feeder",)
+SECOND = [pytest.param(n, marks=[pytest.mark.slow] * (n in SLOW + LONG)) for n in PROBLEMS]
+#: rounding of another processor, over the error of a row
+SPREAD = 2.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_this_package_is_within_the_errors(name):
+    """All rows of a problem, as the command computes them."""
+    answer = benchmark(name)
+    assert all(abs(c.off) <= SPREAD * c.row.error for c in answer.rows)
+    assert answer.work.seconds > 0.0
+
+
+@pytest.mark.parametrize("name", SECOND)
+def test_a_second_code_is_within_the_errors(name):
+    """All rows of a problem by the code that was written from its page."""
+    values = importlib.import_module(f"tests.oracles.benchmark.{name}").solve()
+    for row in references(name):
+        assert abs(values[row.quantity] - row.value) <= SPREAD * row.error, row.quantity
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_the_page_has_all_rows(name):
+    """Each reference value is on the page, to the digits of its error; the page needs no code."""
+    page = (PAGES / f"{name}.md").read_text()
+    table = {
+        cells[0].strip("`"): cells[1:]
+        for line in page.splitlines()
+        if line.startswith("| `") and len(cells := [c.strip() for c in line.split("|")[1:-1]]) == 4
+    }
+    rows = references(name)
+    assert list(table) == [row.quantity for row in rows]
+    for row in rows:
+        unit, value, error = table[row.quantity]
+        assert unit == row.unit
+        assert abs(float(value) - row.value) <= 0.1 * row.error
+        assert float(error) == row.error
+    assert "clearance.studies" not in page
+    assert "cl." not in page
+
+
+def test_the_list_has_a_page_for_each_problem():
+    """The table of the guide and the contents have all problems, in the order of the command."""
+    text = (ROOT / "docs/benchmark.md").read_text()
+    contents = text.rpartition("<!-- contents: ")[2].split()
+    assert [f"benchmark/{name}" for name in PROBLEMS] == contents[:-1]
+    assert all(f"(benchmark/{name}.md)" in text for name in PROBLEMS)
+
+
+@pytest.mark.parametrize("name", [*PROBLEMS, "multibody"])
+def test_second_codes_share_nothing(name):
+    """They import numpy, scipy and each other."""
+    text = (ROOT / f"tests/oracles/benchmark/{name}.py").read_text()
+    assert "import clearance" not in text
+    assert "from clearance" not in text
+
+
+# --- files of other codes
+FORMS = {
+    "plain": "1,impact_1_time,s,0.00441\n2,impact_2_time,s,0.0101\n",
+    "turned round": "# mine\nvalue;name\n1,01e-2;Impact 2 time\n4,41E-3;Impact-1-TIME\n",
+    "units": "impact_1_time [s]\t4.41 ms\tfine\nimpact_2_time\t10.1\tms\n",
+    "spaces": "impact_1_time 0.00441\nimpact_2_time 1.01d-2\n",
+    "bars": "\ufeff| quantity | value | unit |\n|---|---|---|\n| impact_2_time | 10100 | us |\n"
+    "| `impact_1_time` | .00441 | |\n",
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_files_are_read_in_many_forms(form, tmp_path):
+    """Order, header, delimiter, decimal commas, capitals and units."""
+    path = tmp_path / "mine.csv"
+    path.write_text(FORMS[form])
+    values = foreign(path, references("bouncing_journal"))
+    assert values == pytest.approx({"impact_1_time": 0.00441, "impact_2_time": 0.0101}, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("impact_1_tme,0.1\n", "no line has a quantity .*did you mean impact_1_time"),
+        ("impact_1_time,0.1\nimpact_1_time,0.2\n", "mine.csv:2: impact_1_time is there twice"),
+        ("impact_1_time,0.1,mm\n", "mine.csv:1: impact_1_time: mm is no unit of it; s is"),
+        ("impact_1_time,-\n", "mine.csv:1: impact_1_time: no number"),
+    ],
+)
+def test_other_files_are_refused_in_words(text, message, tmp_path):
+    """Name, line and reason."""
+    path = tmp_path / "mine.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        foreign(path, references("bouncing_journal"))
+
+
+def test_the_command_compares_a_file(typed, tmp_path):
+    """The reference file is within its errors; a value that is off is outside, others missing."""
+    path = tmp_path / "guide.csv"
+    typed(f"benchmark guide -o {path}")
+    again = cl.benchmark("guide", path)
+    assert again.work is None
+    assert all(c.inside and c.off == 0.0 for c in again.rows)
+    path.write_text("impact_1_time,2.7,ms\n")
+    document = typed(f"benchmark guide --against {path} --json").document["guide"]
+    assert document["rows"][0]["value"] == pytest.approx(2.7e-3)
+    assert document["rows"][1]["value"] is None
+    printed = typed(f"benchmark guide --against {path}").out
+    assert "outside" in printed.splitlines()[2]
+    assert "missing" in printed.splitlines()[3]
+    assert "0 of 36 within" in printed
+
+
+def test_the_command_lists(typed):
+    """A line for each problem; an unknown name has the close one."""
+    assert [line.split()[0] for line in typed("benchmark").out.splitlines()] == list(PROBLEMS)
+    assert list(typed("benchmark --list --json").document) == list(PROBLEMS)
+    typed("benchmark feder", status=2)
+    typed("benchmark --against mine.csv", status=2)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_references_have_eight_digits(name):
+    """An error is below 5e-9 of its value, or the page states how many digits a row has."""
+    worst = max(row.error / abs(row.value) for row in references(name))
+    assert worst < 5e-9 or "digits" in (PAGES / f"{name}.md").read_text()
