@@ -24,7 +24,8 @@ from clearance.results.tables import (
     provenance,
     write_table,
 )
-from clearance.scene.catalogue import find_case
+from clearance.scene.catalogue import find_case, load_case
+from clearance.scene.parameter import varied
 from clearance.sweeping.index import Sweep
 from clearance.sweeping.points import sampled
 from clearance.sweeping.sweep import sweep
@@ -103,9 +104,9 @@ def column_of(channel: str) -> str:
 
 def usual(case, fixed: Mapping[str, object]) -> dict[str, tuple]:
     """Ranges of the parameters that are drawn by default."""
-    parameters = find_case(case).parameters
-    there = (n for n in USUAL if n in parameters and n not in fixed)
-    values = {n: abs(parameters[n].default) for n in there}
+    described = find_case(case)
+    there = [n for n in USUAL if n in described.parameters and n not in fixed]
+    values = {n: abs(varied(load_case(case, **fixed), n).value) for n in there}
     if not values:
         raise ValueError(f"dataset: the case has none of {', '.join(USUAL)}; give ranges")
     return {n: (v / AROUND, v * AROUND, "log") for n, v in values.items()}

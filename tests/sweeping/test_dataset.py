@@ -9,6 +9,8 @@ import pytest
 import clearance as cl
 from clearance.cli import main
 from clearance.identify.baseline import baseline
+from clearance.scene.parameter import varied
+from clearance.sweeping.dataset import usual
 
 CASE = {"model": "lubricated", "film": "pinkus_sternlicht"}
 CHANNELS = ("bodies/slider/ax", "joints/C/force")
@@ -73,6 +75,24 @@ def test_the_card_names_what_it_is(made):
     text = made.with_name("card.md").read_text()
     for part in ("**Synthetic**", "seed 3", "noise 1%", "Label clearance", "clearance 0."):
         assert part in text
+
+
+@pytest.mark.parametrize(
+    ("case", "fixed"),
+    [
+        ("six_bar_feeder", {"model": "mixed"}),  # whose viscosity is auto
+        ("six_bar_feeder", {"model": "lubricated", "viscosity": 0.03}),
+        ("four_bar_clearances", {}),
+    ],
+)
+def test_usual_ranges_are_about_the_numbers_of_the_scene(case, fixed):
+    """A factor of two on either side, also of a number that the case chooses by its model."""
+    ranges = usual(case, fixed)
+    scene = cl.load_case(case, **fixed)
+    values = {n: varied(scene, n).value for n in ranges}
+    middles = {n: (low * high) ** 0.5 for n, (low, high, _) in ranges.items()}
+    assert middles == pytest.approx(values, rel=1e-12)
+    assert all(high == pytest.approx(4.0 * low) for low, high, _ in ranges.values())
 
 
 @pytest.mark.slow
