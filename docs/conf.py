@@ -14,7 +14,7 @@ sys.path.insert(0, str(HERE))
 os.environ.pop("MPLBACKEND", None)  # a backend without a screen takes the pictures out of notebooks
 
 from docstrings import as_restructured_text  # noqa: E402
-from gallery_pictures import pictures  # noqa: E402
+from gallery_pictures import pictures, put_thumbnails  # noqa: E402
 from pages import read_page, write_pages  # noqa: E402
 
 from clearance.version import VERSION  # noqa: E402
@@ -38,8 +38,8 @@ include_patterns = [
     "docs/**",
 ]
 # the gallery has notebooks and scripts of its own, which are run once
-exclude_patterns = [f"docs/made/gallery/*.{e}" for e in ("ipynb", "py", "zip", "md5", "json")]
-exclude_patterns += ["docs/gallery/*", "docs/*.py"]
+exclude_patterns = [f"docs/made/gallery/**/*.{e}" for e in ("ipynb", "py", "zip", "md5", "json")]
+exclude_patterns += ["docs/gallery/**", "docs/*.py"]
 myst_enable_extensions = ["dollarmath", "attrs_inline", "colon_fence", "html_image"]
 myst_heading_anchors = 4
 nb_execution_mode = "cache"
@@ -58,6 +58,9 @@ sphinx_gallery_conf = {
     "examples_dirs": ["docs/gallery"],
     "gallery_dirs": ["docs/made/gallery"],
     "filename_pattern": "/plot_",
+    "nested_sections": False,
+    "within_subsection_order": "FileNameSortKey",
+    "subsection_order": [f"docs/gallery/{name}" for name in ("machines", "joints", "methods")],
     "abort_on_example_error": True,
     "download_all_examples": False,
     "show_memory": False,
@@ -76,4 +79,5 @@ def setup(app):
     """Make the pages that are made, and read docstrings as the package has them."""
     app.connect("autodoc-process-docstring", as_restructured_text)
     app.connect("source-read", read_page)
+    app.connect("builder-inited", put_thumbnails, priority=900)
     write_pages(HERE / "made")

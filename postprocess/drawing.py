@@ -37,6 +37,10 @@ FURTHER = (1.0, 1.8)
 #: [pt]
 LETTER, SPACING = (1.35, 0.62), 4.0
 BOLD = {"color": "tab:red", "lw": 1.4}
+#: pitch of drawn teeth over the mechanism's size, their height over the pitch, and the places of a
+#: tooth along it and across it
+PITCH, TEETH = 0.045, 0.35
+TOOTH = np.array([(-0.25, -0.5), (-0.12, 0.5), (0.12, 0.5), (0.25, -0.5)])
 #: breadth and height of a picture's axes [inch], at most
 PAPER = (7.0, 7.8)
 
@@ -152,6 +156,15 @@ def coil(a: np.ndarray, b: np.ndarray, shape: tuple, breadth: float) -> np.ndarr
     length = np.maximum(np.hypot(line[..., 0], line[..., 1]), 1e-300)[..., None]
     normal = line[..., ::-1] * (-1.0, 1.0) / length
     return a[:, None] + along * line + breadth * across * normal
+
+
+def toothed(radius: float, pitch: float) -> np.ndarray:
+    """A wheel about its centre, (n, 2) [m]: teeth of about a pitch [m] on its pitch circle."""
+    count = max(round(2.0 * np.pi * radius / pitch), 6)
+    turns = (np.arange(count)[:, None] + TOOTH[:, 0]).ravel() / count
+    radii = radius + TEETH * pitch * np.tile(TOOTH[:, 1], count)
+    points = radii * np.exp(2j * np.pi * turns)
+    return np.stack([points.real, points.imag], axis=-1)
 
 
 class Slide:
@@ -285,6 +298,9 @@ class Drawing:
         self.fills = {b: FILLS[i % len(FILLS)] for i, b in enumerate(self.bodies)}
         self._ground()
         self._springs()
+        self.wheels: set[str] = set()
+        for gear in (load for load in scene["loads"] if load["type"] == "Gear"):
+            self._gear(gear)
         for slide in self.slides.values():
             self._guide(slide)
         for body, points in self.bodies.items():
@@ -390,6 +406,29 @@ class Drawing:
             )
             self.line(path, color=EDGE, lw=1.0, zorder=5)
 
+    def _gear(self, gear: dict) -> None:
+        """Both wheels with their teeth, or the wheel of a rack; a ring is a line."""
+        joints = {j["name"]: j for j in self.motion.scene["joints"]}
+        first, second = joints[gear["first"]["name"]], joints[gear["second"]["name"]]
+        ratio, radii = gear["ratio"], [abs(gear["ratio"])]
+        if second["type"] not in SLIDES:
+            apart = float(
+                np.hypot(*(self.motion.end(first["b"])[0] - self.motion.end(second["b"])[0]))
+            )
+            radii = [abs(ratio / (1.0 - ratio)) * apart, apart / abs(1.0 - ratio)]
+        for joint, radius in zip((first, second), radii, strict=False):
+            body, pin = joint["b"]["body"], (joint["b"]["x"], joint["b"]["y"])
+            if body in self.wheels:
+                continue
+            self.wheels.add(body)
+            path = self.motion.points(body, pin + toothed(radius, PITCH * self.size))
+            if joint is second and ratio > 0.0:
+                path = np.concatenate([path, path[:, :1]], axis=1)
+                self.line(path, color=EDGE, lw=1.0, zorder=1.5)
+            else:
+                fill = self.fills.get(body, "white")
+                self.face(path, facecolor=fill, edgecolor=EDGE, lw=1.0, zorder=2.2)
+
     def _guide(self, slide: Slide) -> None:
         """A hatched rail on ground, a rod on a body that moves."""
         path = slide.line(self.motion, 1.7 * (slide.half or (BLOCK[0] * self.size,))[0])
@@ -417,7 +456,7 @@ class Drawing:
         if body in {s.guide for s in self.slides.values() if s.cylinder}:
             return
         if len(points) == 1:
-            if body in {s.block for s in self.slides.values()}:
+            if body in {s.block for s in self.slides.values()} | self.wheels:
                 return
             half = BLOCK[1] * self.size * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], float)
             path = path + self.motion.turned(body, half)

@@ -15,7 +15,7 @@ from tests.pages import GUIDE, TEXT
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 NOTEBOOKS = sorted(p for p in (DOCS / "notebooks").glob("*.md") if p.stem != "index")
-GALLERY = sorted((DOCS / "gallery").glob("plot_*.py"))
+GALLERY = sorted((DOCS / "gallery").rglob("plot_*.py"))
 
 
 @pytest.fixture(scope="module")

@@ -109,6 +109,29 @@ def crowded():
     )
 
 
+def gears():
+    """A planet on a driven carrier, between a sun and a ring that stands still, and a rack."""
+    carrier = cl.Body("carrier", 1.0, 1e-3, points={"O": (0, 0), "P": (0.05, 0)})
+    planet, sun, rack = (cl.Body(n, 0.5, 1e-4) for n in ("planet", "sun", "rack"))
+    ring, axle, shaft = (
+        cl.Revolute(carrier[p], b, name=n)
+        for p, b, n in (("O", cl.ground, "R"), ("P", planet, "P"), ("O", sun, "S"))
+    )
+    slide = cl.Prismatic(carrier.at(0.0, 0.03), rack, name="slide")
+    teeth = {"stiffness": 1e7, "damping": 1e3}
+    return cl.Scene(
+        ring,
+        axle,
+        shaft,
+        slide,
+        cl.Gear(axle, ring, ratio=2 / 7, **teeth, name="outer"),
+        cl.Gear(axle, shaft, ratio=-2 / 3, **teeth, name="inner"),
+        cl.Gear(shaft, slide, ratio=-0.03, **teeth, name="pinion"),
+        cl.Drive(carrier, speed=1.0),
+        name="gears",
+    )
+
+
 SCENES = {
     "crowded": (crowded, {"turns": 0.5}),
     "tripod": (tripod, {"until": 0.5}),
@@ -125,9 +148,10 @@ SCENES = {
     "pushed_four_bar": (mechanisms.pushed_four_bar, {"until": 0.3}),
     "springs": (springs, {"until": 0.5}),
     "wheel": (wheel, {"turns": 0.5}),
+    "gears": (gears, {"turns": 0.2}),
 }
 #: mechanisms that no other test looks at, and all others
-ALONE = "pendulum", "reversed_arm", "pushed_four_bar", "wheel"
+ALONE = "pendulum", "reversed_arm", "pushed_four_bar", "wheel", "gears"
 DRAWN = ["tripod", "feeder", "slider_crank", "springs"]
 DRAWN += [n for n in SCENES if n not in {*ALONE, *DRAWN, "crowded"}] + ["crowded"]
 
@@ -415,6 +439,17 @@ def test_springs_end_where_they_are_attached(run):
             assert np.abs(path[:, 0] - a).max() < 1e-12
             assert np.abs(path[:, -1] - b).max() < 1e-12
     assert np.isfinite(drawing.coil(a, a, drawing.ZIGZAG, 0.01)).all()  # a spring of no length
+
+
+def test_wheels_touch_at_their_pitch_circles(run):
+    """Middle radii of teeth: sun 30, planet 20 and ring 70 mm by the ratios (rounding)."""
+    drawn, _ = stage(run("gears"))
+    assert drawn.wheels == {"planet", "ground", "sun"}
+    for radius in (0.02, 0.03, 0.07):
+        radii = np.hypot(*drawing.toothed(radius, 0.002).T)
+        assert 0.5 * (radii.min() + radii.max()) == pytest.approx(radius, rel=1e-12)
+        spans = [np.ptp(path[0], axis=0).max() / 2.0 for path in drawn.drawn]
+        assert min(abs(s - MM * radius) for s in spans) < 0.2 * drawing.PITCH * MM * drawn.size
 
 
 def circles(figure):

@@ -3,7 +3,7 @@ The life of a bushing
 =====================
 
 A journal turns in a bushing under a load at rest. The bushing wears by Archard's law over
-500 turns. Jumps between runs of one turn replay the load path.
+300 turns. Jumps between runs of one turn replay the load path.
 """
 
 import tempfile
@@ -24,7 +24,7 @@ bushing = cl.ClearanceRevolute(
 )
 load, drive = cl.Force(rotor.at(0, 0), x=1000.0), cl.Drive(rotor, speed=cl.rpm(60))
 scene = cl.Scene(bushing, load, drive, gravity=(0, 0), name="bushing")
-life = cl.wear(scene, turns=500, directory=tempfile.mkdtemp(), settle=0, average=1)
+life = cl.wear(scene, turns=300, directory=tempfile.mkdtemp(), settle=0, average=1)
 cl.plot(life, "life")
 
 # %%

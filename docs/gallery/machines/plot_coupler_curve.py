@@ -1,8 +1,8 @@
 """
-A mechanism and its paths
-=========================
+Coupler curve of a four-bar
+===========================
 
-A picture of a mechanism of your own, from its scene.
+A point of the coupler moves on a curve of the sixth degree.
 """
 
 import clearance as cl
