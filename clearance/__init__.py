@@ -14,7 +14,7 @@ from importlib import import_module
 from importlib.machinery import ModuleSpec, PathFinder
 from typing import TYPE_CHECKING
 
-from clearance.results.accessors import ACCESSORS
+from clearance.values.accessors import ACCESSORS
 from clearance.version import VERSION
 
 if TYPE_CHECKING:  # for editors: names of laws and elements, modules, and what _LAZY has
@@ -185,6 +185,8 @@ _MODULES = {
 ACCESSORS |= {
     "plot": "clearance.postprocess.pictures:Pictures",
     "report": "clearance.postprocess.report:report",
+    "cell": "clearance.postprocess.cells:cell",
+    "ideal_turn": "clearance.simulation:ideal_turn",
     "view": "clearance.postprocess.view:view",
     "plot_fit": "clearance.postprocess.scene_fits:picture",
     "plot_optimum": "clearance.postprocess.optima:picture",

@@ -5,6 +5,7 @@ Not called simulate.py: a module of that name would hide the function cl.simulat
 
 import logging
 import shutil
+import warnings
 import weakref
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -31,6 +32,7 @@ from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
 from clearance.run.start import opened_by
 from clearance.scene.scene import Scene
+from clearance.scene.variants import idealised
 from clearance.stepping.types import announced
 
 if TYPE_CHECKING:  # what few runs need
@@ -40,6 +42,7 @@ if TYPE_CHECKING:  # what few runs need
     Sink = Stream | PartsSink | ShortFile
 
 LOG = logging.getLogger("clearance")
+BRIEF = 0.01  # seconds of a motion where nothing turns
 SHORT = 1_000_000  # largest count of numbers of a run that is held in memory until its end
 
 
@@ -176,6 +179,21 @@ def simulate(
                 raise
             failed.result.close()
             run = again
+
+
+def ideal_turn(scene: Scene) -> Result:
+    """A turn of a scene with ideal joints, or its start where nothing turns.
+
+    Raises ValueError where it has none.
+    """
+    span = {"turns": 1.0} if scene.turn else {"until": BRIEF}
+    more = {"samples": 201, "error": None, "energy": False, "progress": False}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return simulate(idealised(scene), **span, **more)
+        except SimulationError as error:
+            raise ValueError(str(error)) from None
 
 
 def reopened(run: Run, prepared: Callable[..., Run], failure: str) -> tuple[Run | None, str]:

@@ -91,6 +91,23 @@ def report(optimum: Optimum, output: str | Path, swept: Sweep | None = None) -> 
     path = Path(output)
     if path.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"report {path}: its name must end in .html")
+    page, d = page_of(optimum), optimum.document()
+    drawn = partial(optimum.plot, swept=swept)
+    page.section(
+        "Map and front", page.picture(drawn, "The goal around the optimum, with its limits")
+    )
+    names = [*d["parameters"], *d["metrics"]]
+    for title, ends in (("Optima", d["optima"]), ("Front", d["front"])):
+        rows = [
+            tuple(map(number, (*e["parameters"].values(), *e["metrics"].values()))) for e in ends
+        ]
+        if rows:
+            page.section(title, table(names, rows))
+    return page.save(path)
+
+
+def page_of(optimum: Optimum) -> Page:
+    """The tables of the page of an optimum."""
     d, about = optimum.document(), optimum.design.known
     page = Page(f"{optimum.design.scene.name}: {', '.join(d['goals'])}")
     page.head = element("h1", page.title)
@@ -109,18 +126,7 @@ def report(optimum: Optimum, output: str | Path, swept: Sweep | None = None) -> 
     ]
     heads = ("limit", "value", "margin", "active")
     page.section("Limits", table(heads, rows), points([*d["words"], *d["doubts"]]))
-    drawn = partial(optimum.plot, swept=swept)
-    page.section(
-        "Map and front", page.picture(drawn, "The goal around the optimum, with its limits")
-    )
-    names = [*d["parameters"], *d["metrics"]]
-    for title, ends in (("Optima", d["optima"]), ("Front", d["front"])):
-        rows = [
-            tuple(map(number, (*e["parameters"].values(), *e["metrics"].values()))) for e in ends
-        ]
-        if rows:
-            page.section(title, table(names, rows))
-    return page.save(path)
+    return page
 
 
 def _unit(units: str) -> str:

@@ -110,10 +110,10 @@ def run_page(run: Result, settle: float | None = None, sections: dict | None = N
     if "method" not in run.solver:
         raise ValueError(f"{run.path} has no summary, for its run has not ended ({run.status})")
     page = Page(f"{run.attributes['case']}: report of {run.path.name}")
-    page.head = _head(run)
+    page.head = head(run)
     page.section("Mechanism", *_mechanism(page, run))
     page.section(*_how(run))
-    page.section("Summary", *_summary(run, settle))
+    page.section("Summary", *summed(run, settle))
     if run.sensitivities:
         page.section("Sensitivities", *_sensitivities(page, run))
     page.section("Overview", _overview(page, run, settle), apart=True)
@@ -139,7 +139,7 @@ def _assumed(estimates: list) -> list[Markup]:
 # --- what was run
 
 
-def _head(run: Result) -> Markup:
+def head(run: Result) -> Markup:
     """Case, status, date and versions; warnings where they cannot be missed."""
     about, solver = run.attributes, run.solver
     versions = ", ".join(
@@ -260,7 +260,7 @@ def _ledger(run: Result) -> str:
 # --- what came out
 
 
-def _summary(run: Result, settle: float | None) -> list[Markup]:
+def summed(run: Result, settle: float | None) -> list[Markup]:
     """The metrics of the settled motion, and the extremes of the start-up beside them.
 
     Where they need channels that were not stored, the ranges of those that were.

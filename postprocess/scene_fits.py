@@ -70,8 +70,13 @@ def report(fit: SceneFit, output: str | Path) -> Path:
     path = Path(output)
     if path.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"report {path}: its name must end in .html")
-    judged = fit.verdict
-    page = Page(f"{fit.problem.scene.name}: fit to {len(fit.curves)} records")
+    return page_of(fit).save(path)
+
+
+def page_of(fit: SceneFit, page: Page | None = None) -> Page:
+    """The page of a fit, not yet written; page: to which it is added."""
+    judged, page = fit.verdict, page or Page("")
+    page.title = f"{fit.problem.scene.name}: fit to {len(fit.curves)} records"
     page.head = element("h1", page.title)
     rows = [
         (i.name, quantity(i.value, _unit(i.units)), _ends(i), i.kind, number(i.deviation))
@@ -98,7 +103,7 @@ def report(fit: SceneFit, output: str | Path) -> Path:
         (f"{e.cost:.6g}", *(f"{v:.5g}" for v in fit.problem.values(e.x).values())) for e in fit.ends
     ]
     page.section("Starts", table(("half the sum of squares", *names), ends))
-    return page.save(path)
+    return page
 
 
 def _unit(units: str) -> str:

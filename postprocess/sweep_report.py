@@ -48,19 +48,19 @@ def sweep_page(sweep: Sweep, path: Path) -> Page:
     files.
     """
     page = Page(f"{sweep.definition.case}: report of the sweep {sweep.folder.absolute().name}")
-    page.head = _head(sweep)
+    page.head = head(sweep)
     page.section("What was swept", *_swept(sweep))
     if not sweep.done.all():
         page.section("Points that are not done", *_bad(sweep))
-    page.section("Extremes", *_extremes(sweep))
-    page.section("Over the parameters", *_pictures(page, sweep), apart=True)
+    page.section("Extremes", *extremes(sweep))
+    page.section("Over the parameters", *pictures(page, sweep), apart=True)
     page.section("Cost", *_cost(page, sweep))
     page.section("Points", *_points(sweep, path), apart=True)
     page.section("Provenance", *_provenance(sweep))
     return page
 
 
-def _head(sweep: Sweep) -> Markup:
+def head(sweep: Sweep) -> Markup:
     """Case and counts; what failed where it cannot be missed."""
     counts = {s: int((sweep.status == s).sum()) for s in ("done", "failed", "lost", "missing")}
     words = ", ".join(f"{n} {s}" for s, n in counts.items() if n or s == "done")
@@ -179,7 +179,7 @@ def _bad(sweep: Sweep) -> list[Markup]:
     return [table(["point", "at", "status", "reason"], rows, sortable=True), more]
 
 
-def _extremes(sweep: Sweep) -> list[Markup]:
+def extremes(sweep: Sweep) -> list[Markup]:
     """Smallest and largest finite value of every metric, and where they are."""
     rows = []
     for name, values in sweep.metrics.items():
@@ -209,7 +209,7 @@ def _extremes(sweep: Sweep) -> list[Markup]:
     return [words, table(["what", "units", "smallest", "at", "largest", "at"], rows, sortable=True)]
 
 
-def _pictures(page: Page, sweep: Sweep) -> list[Markup]:
+def pictures(page: Page, sweep: Sweep) -> list[Markup]:
     """Maps over two parameters of a grid, curves over one or few values and over samples."""
     if not sweep.done.any():
         return [missing("No point is done: there is nothing to draw.")]

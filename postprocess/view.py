@@ -64,14 +64,14 @@ def view(
     path = _checked(output or _default(sources[0], bool(sweeps)))
     if sweeps:
         sweep = sources[0] if isinstance(sources[0], Sweep) else open_sweep(sources[0])
-        return _write(path, *of_sweep(sweep, channels))
+        return _write(path, document(*of_sweep(sweep, channels)))
     if len(sources) > MOST:
         raise ValueError(f"view: {len(sources)} runs, a page lays at most {MOST} over each other")
     with ExitStack() as opened:
         records = [
             s if isinstance(s, Record) else opened.enter_context(open_result(s)) for s in sources
         ]
-        return _write(path, *_of_runs(records, channels, settle, labels, data))
+        return _write(path, page_text(records, channels, settle, labels, data))
 
 
 def _default(source, swept: bool) -> Path:
@@ -93,10 +93,14 @@ def _checked(path: str | Path) -> Path:
     return path
 
 
-def _of_runs(
-    records: list[Record], channels, settle: float | None, labels, measured: list[Comparison]
-) -> tuple[dict, list[str]]:
-    """Facts of a page of runs, and their blocks of numbers."""
+def page_text(
+    records: list[Record],
+    channels=None,
+    settle: float | None = None,
+    labels=None,
+    measured: Iterable[Comparison] = (),
+) -> str:
+    """The page of runs, as text; arguments as of `view`."""
     names = labels_of(records, labels)
     runs = [
         Moving(record, name, settle=settle) for record, name in zip(records, names, strict=True)
@@ -113,7 +117,7 @@ def _of_runs(
         "open": [*range(len(runs))],
         "map": None,
     }
-    return facts | of_all(runs), [run.pack.text() for run in runs]
+    return document(facts | of_all(runs), [run.pack.text() for run in runs])
 
 
 def _wanted(records: list[Record], channels: str | Iterable[str]) -> list[str]:
@@ -134,10 +138,10 @@ def _wanted(records: list[Record], channels: str | Iterable[str]) -> list[str]:
     return paths
 
 
-def _write(path: Path, facts: dict, blocks: list[str]) -> Path:
+def _write(path: Path, text: str) -> Path:
     """Write a page, completely or not at all."""
     with replacing(path) as temporary:
-        temporary.write_text(document(facts, blocks), encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8")
     return path
 
 

@@ -38,7 +38,6 @@ from clearance.identify.optimum import (
     with_margins,
 )
 from clearance.metrics.metrics import Metric
-from clearance.results.accessors import accessor
 from clearance.results.result import Result
 from clearance.run.progress_bar import watched
 from clearance.scene.catalogue import AnyCase, load_case
@@ -51,6 +50,7 @@ from clearance.sweeping.points import grid, zipped
 from clearance.sweeping.scatter import Distribution, Estimate, probability
 from clearance.sweeping.sweep import sweep
 from clearance.values import checks
+from clearance.values.accessors import Celled, accessor
 from clearance.values.units import quantity, written
 from clearance.version import VERSION
 
@@ -68,7 +68,7 @@ DOCUMENT, JOURNAL = "optimum.json", "starts.json"
 
 
 @dataclass(frozen=True, eq=False)
-class Optimum:
+class Optimum(Celled):
     """The best design and what it depends on.
 
     goals: what was sought, one or two; limits: with their margins at the optimum; best, ends: of

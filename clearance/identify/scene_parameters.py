@@ -25,12 +25,12 @@ from clearance.identify.scene_fit import (
 )
 from clearance.identify.verdict import Interval, Verdict, verdict
 from clearance.metrics.sensor import deviation
-from clearance.results.accessors import accessor
 from clearance.results.result import Result
 from clearance.run.progress_bar import watched
 from clearance.scene.scene import Scene
 from clearance.simulation import simulate
 from clearance.values import checks
+from clearance.values.accessors import Celled, accessor
 from clearance.version import VERSION
 
 STARTS = 5
@@ -41,7 +41,7 @@ Data = str | Path | Measured | tuple[str | Path | Measured, Mapping[str, object]
 
 
 @dataclass(frozen=True, eq=False)
-class SceneFit:
+class SceneFit(Celled):
     """Parameters of a scene that were fitted to records.
 
     problem: scene and records; best: the least cost; ends: of all starts; verdict: intervals,

@@ -10,11 +10,11 @@ from functools import cached_property
 
 import numpy as np
 
-from clearance.results.accessors import Drawn
 from clearance.results.errors import Error, Errors
 from clearance.results.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
 from clearance.results.integrals import Integrals
 from clearance.results.run_warning import counted
+from clearance.values.accessors import Drawn
 from clearance.values.spelling import as_path
 
 #: the transition of before 0.3 with which contact begins with a touch

@@ -14,12 +14,13 @@ from clearance.elements.joint import Joint
 from clearance.laws.law import BoundLaw
 from clearance.scene import document
 from clearance.values import checks
+from clearance.values.accessors import Celled
 
 Part = TypeVar("Part", Body, Element)
 
 
 @checks.answers
-class Scene:
+class Scene(Celled):
     """A complete mechanism: joints, drives and loads.
 
     Bodies follow from the parts; nothing is listed twice.

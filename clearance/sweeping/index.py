@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.results.accessors import Drawn
 from clearance.results.reading import Damaged, NewerFormat, open_checked
 from clearance.results.record import extra
 from clearance.results.result import Result, open_result
@@ -25,6 +24,7 @@ from clearance.sweeping import definition as definitions
 from clearance.sweeping import journal as journals
 from clearance.sweeping.journal import DONE, FAILED, Block, Outcome
 from clearance.sweeping.ways import Ways
+from clearance.values.accessors import Drawn
 from clearance.values.spelling import ByName
 
 LOG = logging.getLogger("clearance.files")

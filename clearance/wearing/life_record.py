@@ -15,6 +15,7 @@ import numpy as np
 from clearance.files.texts import check_kinds, signed_document, text_of
 from clearance.metrics.metrics import SURFACES
 from clearance.results.reading import arrays_of
+from clearance.values.accessors import Celled
 
 STEADY = 0.99  # of a load's size: its mean, where it stands still
 NUMBER = (int, float)
@@ -102,7 +103,7 @@ def arrays(folder: Path, stage: int, joints: dict[str, list[str]]) -> dict[str, 
     return columns
 
 
-class Life:
+class Life(Celled):
     """A life: stages at growing numbers of turns, and how the outlines grew between them.
 
     Raises ValueError for a folder that holds none.

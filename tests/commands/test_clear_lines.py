@@ -270,7 +270,7 @@ BEGUN = """
 import sys
 
 def seen(event, arguments):
-    if event == "import" and arguments[0] == "clearance.results.accessors":
+    if event == "import" and arguments[0] == "clearance.values.accessors":
         open({mark!r}, "w").close()
 
 sys.addaudithook(seen)

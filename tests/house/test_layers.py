@@ -190,10 +190,10 @@ def test_nothing_calls_the_command_line():
 
 def test_what_draws_results_is_named_at_the_top_only():
     """Results name nothing above them: the top enters what draws them."""
-    from clearance.results.accessors import ACCESSORS
+    from clearance.values.accessors import ACCESSORS
 
     assert set(ACCESSORS) == {
-        *("plot", "report", "view"),
+        *("plot", "report", "view", "cell", "ideal_turn"),
         *(f"{verb}_{noun}" for verb in ("plot", "report") for noun in ("fit", "optimum")),
     }
     named = [n for n in ACCESSORS.values() for p in MODULES if n in p.read_text()]

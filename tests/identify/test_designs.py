@@ -175,6 +175,7 @@ def test_a_share_of_machines(tmp_path):
     assert limit["kept"]["low"] <= 0.95 <= limit["kept"]["high"]
     swept = best.mapped(tmp_path / "map", along=5, workers=1)
     assert best.plot(tmp_path / "map.png", swept).stat().st_size > 0
+    assert RATIO in best._repr_html_()
 
 
 def test_an_interrupted_search_goes_on(tmp_path, monkeypatch):

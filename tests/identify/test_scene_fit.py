@@ -191,6 +191,7 @@ def test_pictures_and_page(of_record, tmp_path):
     assert "bodies/slider/mass" in page and "<svg" in page or "data:image/png" in page
     with pytest.raises(ValueError, match=r"must end in \.html"):
         actual.report(tmp_path / "fit.txt")
+    assert "95 % interval" in actual._repr_html_()
 
 
 def test_a_product_is_stated_where_two_parameters_enter_as_one():

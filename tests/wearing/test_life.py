@@ -305,6 +305,7 @@ class TestLife:
         life = cl.Life(folder / "worn")
         assert life.done
         assert life.turns == pytest.approx([0.0, 20.0, 40.0])
+        assert "B_bearing_depth" in life._repr_html_()
         exact, _ = replayed(standing(), 40.0)
         assert life.depth("B")[-1].max() == pytest.approx(exact.bearing[0], abs=life.error[-1])
         assert life.error[-1] < 2e-2 * exact.bearing[0]

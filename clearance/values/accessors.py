@@ -16,7 +16,14 @@ def accessor(name: str):
     return getattr(import_module(module), drawing)
 
 
-class Drawn:
+class Celled:
+    """A thing with a cell of its own in notebooks."""
+
+    def _repr_html_(self) -> str:
+        return accessor("cell")(self)
+
+
+class Drawn(Celled):
     """Pictures and pages of a run or a sweep."""
 
     @property

@@ -1,0 +1,105 @@
+"""Cells of a notebook: tables and pictures of scenes, runs, sweeps, lives, fits and optima."""
+
+import itertools
+from collections.abc import Iterator
+from functools import partial, singledispatch
+from pathlib import Path
+
+from clearance.postprocess import optima, report, scene_fits, scenes, sweep_report, view
+from clearance.postprocess.drawing import sketch
+from clearance.postprocess.lives import life
+from clearance.postprocess.pages import Markup, Page, element, join, missing, number, table
+
+from clearance.identify.designs import Optimum
+from clearance.identify.scene_parameters import SceneFit
+from clearance.results.result import Result
+from clearance.sweeping.index import Sweep
+from clearance.values.accessors import accessor
+from clearance.wearing.life_record import Life
+
+#: characters of a moving page from which on a cell names the call that writes it
+LARGEST = 6_000_000
+STYLE = """
+.clearance h1{font-size:1.15em;margin:.2em 0}.clearance figure{margin:.5em 0}
+.clearance .wide{max-height:24em;overflow:auto}.clearance svg{max-width:100%;height:auto}
+.clearance .box{border-left:5px solid;padding:.2em .7em;margin:.4em 0;color:#1a1a1a}
+.clearance .bad{border-color:#c0392b;background:#fdeeec}
+.clearance .doubt{border-color:#e0a800;background:#fff8e1}
+.clearance .good{border-color:#2e7d4f;background:#edf7f0}
+.clearance iframe{width:100%;height:620px;border:1px solid #ccc;background:#fff}
+"""
+#: pictures of all cells of a session, whose ids must differ
+_drawn = itertools.count(1)
+
+
+def cell(thing) -> str:
+    """HTML of a thing in a notebook; what cannot be drawn is a sentence there."""
+    page = Page("")
+    page.pictures = 1000 * next(_drawn)
+    style = Markup(f"<style>{STYLE}</style>")
+    return element("div", style, join(_parts(thing, page)), class_="clearance")
+
+
+@singledispatch
+def _parts(thing, page: Page) -> Iterator[Markup]:
+    """Pieces of a cell, by the class of the thing; this is that of a scene."""
+    scene = thing.description()
+    yield element("h1", thing.name)
+    yield scenes.described(scene)
+    yield page.picture(partial(_sketched, thing), "The mechanism with ideal joints, to scale")
+    yield scenes.tables(scene)
+
+
+def _sketched(scene, path: Path) -> None:
+    """Draw a scene, and paths of its points over a turn where one turns."""
+    sketch(accessor("ideal_turn")(scene), path, trails=bool(scene.turn))
+
+
+@_parts.register
+def _(thing: Result, page: Page):
+    yield report.head(thing)
+    yield from report.summed(thing, None)
+    yield _moving(thing)
+
+
+def _moving(run: Result) -> Markup:
+    """The moving page of a run, in a frame."""
+    try:
+        text = view.page_text([run])
+    except (KeyError, ValueError) as error:
+        return missing(f"No moving page: {error.args[0]}.")
+    if len(text) > LARGEST:
+        size = f"{len(text) / 1e6:.0f} MB"
+        return missing(f"The moving page has {size}: run.view('run.html') writes it to a file.")
+    return element("iframe", srcdoc=text, sandbox="allow-scripts", title="moving page")
+
+
+@_parts.register
+def _(thing: Sweep, page: Page):
+    yield sweep_report.head(thing)
+    yield from sweep_report.pictures(page, thing)[:1]
+    yield from sweep_report.extremes(thing) if thing.done.any() else ()
+
+
+@_parts.register
+def _(thing: Life, page: Page):
+    yield element("h1", repr(thing))
+    if rows := thing.table():
+        yield table([*rows[0]], [[number(v) for v in row.values()] for row in rows])
+        yield page.picture(partial(life, thing), "Outlines, depths and forces over the life")
+
+
+@_parts.register
+def _(thing: SceneFit, page: Page):
+    yield from _sections(scene_fits.page_of(thing, page), "Parameters", "Record and fit")
+
+
+@_parts.register
+def _(thing: Optimum, page: Page):
+    yield from _sections(optima.page_of(thing), "Parameters", "Metrics", "Limits")
+
+
+def _sections(page: Page, *titles: str) -> Iterator[Markup]:
+    """Head and some sections of a page."""
+    yield page.head
+    yield from (content for title, content, _ in page.sections if title in titles)
