@@ -7,7 +7,7 @@ turns. Start-ups can thus be left out.
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -36,10 +36,15 @@ FOLLOWED = {
 
 @dataclass(frozen=True)
 class Extreme:
-    """Largest or smallest value of a quantity, and its time [s]."""
+    """Largest or smallest value of a quantity, its time [s] and its units."""
 
     value: float
     time: float
+    units: str = field(default="", compare=False)
+
+    def __repr__(self) -> str:
+        units = "" if self.units in ("", "-", "1") else f" {self.units}"
+        return f"<extreme {self.value:.6g}{units} at {self.time:.6g} s>"
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ import json
 import math
 from abc import ABC, abstractmethod
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -267,7 +267,14 @@ class Record(Drawn, ABC):
             seen = [self._of_samples(path, which, *part) for part in parts]
         if (outermost := better(name, [*seen, located])) is None:
             raise ValueError(f"extreme {name}: the run has nothing between {begin:g} and {end:g} s")
-        return outermost
+        return replace(outermost, units=self._units_of(name))
+
+    def _units_of(self, name: str) -> str:
+        """SI units of an extreme; none of a ratio that follows from a gap."""
+        path, located = name.rpartition("_")[0], self.located
+        if located is not None and name in located:
+            return located.units[located.columns[name]]
+        return next((self.units(p) for p in (path, f"{path}_x") if p in self), "1")
 
     def _cut(self, located: Extremes, begin: float, end: float) -> list[tuple[float, float]]:
         """Parts between two times [s] whose samples count beside located extremes.

@@ -378,3 +378,19 @@ def test_friction_is_largest_while_it_turns_round(sharp, rtol):
         for end, sign in (("max", 1.0), ("min", -1.0)):
             extreme = run.extreme(f"joints/guide/friction_{end}").value
             assert sign * extreme == pytest.approx(largest, rel=1e-4)
+
+
+def test_users14_an_extreme_shows_its_unit():
+    """Value, unit and time; those of samples, of vectors and of ratios of a gap too."""
+    run = cl.simulate(cl.load_case("six_bar_feeder", model="mixed"), turns=1)
+    units = {
+        "joints/B/force_max": "N",
+        "bodies/slider/ax_max": "m/s2",
+        "joints/B/film_thickness_ratio_min": "1",
+        "joints/B/side_flow_max": "m3/s",
+    }
+    assert {name: run.extreme(name).units for name in units} == units
+    extreme = run.extreme("joints/B/force_max")
+    assert repr(extreme) == f"<extreme {extreme.value:.6g} N at {extreme.time:.6g} s>"
+    ratio = run.extreme("joints/B/film_thickness_ratio_min")
+    assert repr(ratio) == f"<extreme {ratio.value:.6g} at {ratio.time:.6g} s>"
