@@ -1,4 +1,7 @@
-"""Fields of the elements of a scene as a table of the guide; `python docs/fields.py` renews it."""
+"""Fields of the elements of a scene and units of numbers as tables of the guide.
+
+`python docs/fields.py` renews them.
+"""
 
 import typing
 from collections.abc import Iterable, Iterator, Mapping
@@ -10,9 +13,8 @@ from clearance.elements.body import Body
 from clearance.laws.law import Family
 from clearance.scene.document import KINDS, is_needed
 from clearance.scene.toml_scene import SECTIONS
+from clearance.values.units import UNITS, ZEROS
 
-PAGE = Path(__file__).parent / "elements.md"
-BEGIN, END = "<!-- fields -->", "<!-- fields:end -->"
 #: what a table in a scene file makes, by its section
 TABLES = {
     "body": [Body],
@@ -86,12 +88,30 @@ def _default(field: Field) -> str:
     return ""
 
 
-def renewed(text: str) -> str:
-    """The page with these tables between their marks."""
-    head, _, rest = text.partition(BEGIN)
-    _, _, tail = rest.partition(END)
-    return "\n".join([f"{head}{BEGIN}", "", *table(), "", f"{END}{tail}"])
+def units() -> list[str]:
+    """A row for each SI unit: the other units that are read, and what they are in it."""
+    others: dict[str, list[str]] = {}
+    for unit, (si, factor) in UNITS.items():
+        text = f"`{unit}`" if factor == 1.0 else f"`{unit}` = {factor:.6g}"
+        text += f" + {ZEROS[unit]:g}" if unit in ZEROS else ""
+        others.setdefault(si, []).append(text)
+    rows = [f"| {si} | {', '.join(texts)} |" for si, texts in others.items()]
+    return ["| in SI | written as |", "|---|---|", *rows]
+
+
+#: page of each table, by the mark around it
+PAGES = {"fields": ("elements.md", table), "units": ("mechanism.md", units)}
+
+
+def renewed(text: str, mark: str) -> str:
+    """The page with the table of this mark."""
+    begin, end = f"<!-- {mark} -->", f"<!-- {mark}:end -->"
+    head, _, rest = text.partition(begin)
+    _, _, tail = rest.partition(end)
+    return "\n".join([f"{head}{begin}", "", *PAGES[mark][1](), "", f"{end}{tail}"])
 
 
 if __name__ == "__main__":
-    PAGE.write_text(renewed(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    for name, (page, _) in PAGES.items():
+        path = Path(__file__).parent / page
+        path.write_text(renewed(path.read_text(encoding="utf-8"), name), encoding="utf-8")

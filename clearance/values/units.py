@@ -18,6 +18,7 @@ UNITS = {
     "deg": ("rad", math.pi / 180.0),
     "rad/s": ("rad/s", 1.0),
     "rpm": ("rad/s", math.pi / 30.0),
+    "deg/s": ("rad/s", math.pi / 180.0),
     "Hz": ("rad/s", 2.0 * math.pi),
     "s": ("s", 1.0),
     "ms": ("s", 1e-3),
@@ -29,26 +30,36 @@ UNITS = {
     "m/s2": ("m/s2", 1.0),
     "Pas": ("Pa s", 1.0),
     "P": ("Pa s", 0.1),
-    "Pa.s": ("Pa s", 1.0),
     "mPas": ("Pa s", 1e-3),
     "cP": ("Pa s", 1e-3),
+    "m2/s": ("m2/s", 1.0),
+    "mm2/s": ("m2/s", 1e-6),
+    "cSt": ("m2/s", 1e-6),
     "1/s": ("1/s", 1.0),
     "W": ("W", 1.0),
     "kW": ("W", 1e3),
     "J": ("J", 1.0),
+    "kJ": ("J", 1e3),
     "K": ("K", 1.0),
+    "degC": ("K", 1.0),
     "J/K": ("J/K", 1.0),
     "W/K": ("W/K", 1.0),
     "kg": ("kg", 1.0),
     "g": ("kg", 1e-3),
     "kgm2": ("kg m2", 1.0),
+    "kgmm2": ("kg m2", 1e-6),
+    "gmm2": ("kg m2", 1e-9),
     "gcm2": ("kg m2", 1e-7),
     "N": ("N", 1.0),
     "mN": ("N", 1e-3),
     "kN": ("N", 1e3),
     "Nm": ("N m", 1.0),
+    "Nmm": ("N m", 1e-3),
+    "mNm": ("N m", 1e-3),
     "kNm": ("N m", 1e3),
     "N/m": ("N/m", 1.0),
+    "MN/m": ("N/m", 1e6),
+    "N/um": ("N/m", 1e6),
     "kN/m": ("N/m", 1e3),
     "N/mm": ("N/m", 1e3),
     "Ns/m": ("N s/m", 1.0),
@@ -66,14 +77,18 @@ UNITS = {
     "MPa": ("Pa", 1e6),
     "GPa": ("Pa", 1e9),
 }
+#: zero of a unit in SI
+ZEROS = {"degC": 273.15}
 #: units in which people think of numbers in SI, coarse to fine
 READ_AS = {"rad/s": ("rpm",), "m": ("mm", "um"), "Pa s": ("cP",)}
+KINEMATIC = "m2/s"
 _KINDS = {kind for kind, _ in UNITS.values()}
 
 #: most digits of a decimal factor
 DECIMAL_DIGITS = 6
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_UNIT = r"[A-Za-zµ][\w/.µ ]*|(?<=\s)1/\w+"
+_UNIT = r"[A-Za-zµ°][\w/.µ°*· ]*|(?<=\s)1/\w+"
+_BETWEEN = str.maketrans("", "", " .*·")  # signs in units that change nothing
 _QUANTITY = re.compile(rf"\s*([-+]?{_NUMBER})\s*({_UNIT})?\s*$")
 _WITH_UNIT = re.compile(rf"{_NUMBER}\s*({_UNIT})")
 
@@ -119,30 +134,38 @@ def quantity(text: str, units: str | None = None) -> float:
     """A number with an optional unit ("300rpm", "0.1 mm", "40cP", "5e-5") in SI.
 
     units: the expected SI unit; a unit of another kind raises ValueError (kinds that this table
-        lacks pass).
+        lacks pass). "46cSt@870kg/m3" is a viscosity, of an oil with this density.
     """
+    kinematic, at, heavy = text.partition("@")
+    if at:
+        return quantity(kinematic, KINEMATIC) * quantity(heavy, "kg/m3")
     match = _QUANTITY.match(text)
     if match is None:
         raise ValueError(f"{text!r} is not a number with an optional unit, such as 300rpm or 0.1mm")
     number, unit = match.groups()
     if unit is None:
         return float(number)
-    unit = unit.replace(" ", "")
+    unit = plain(unit)
     if unit not in UNITS:
         raise ValueError(
             f"unknown unit {unit!r} in {text!r}{meant(unit, UNITS)}; known: {', '.join(UNITS)}"
         )
     kind, factor = UNITS[unit]
     if units is not None and units != kind and (units in _KINDS or units in ("-", "1")):
-        raise ValueError(
-            f"{text!r} is in {kind}, expected {units if units in _KINDS else 'a plain number'}"
-        )
-    return scaled_by(number, factor)
+        expected = units if units in _KINDS else "a plain number"
+        hint = f"; with a density: {number}{unit}@870kg/m3" if kind == KINEMATIC else ""
+        raise ValueError(f"{text!r} is in {kind}, expected {expected}{hint}")
+    return scaled_by(number, factor) + ZEROS.get(unit, 0.0)
+
+
+def plain(unit: str) -> str:
+    """A unit without signs of multiplication: "N m" and "N*m" are "Nm", "°C" is "degC"."""
+    return unit.replace("°", "deg").translate(_BETWEEN)
 
 
 def unit_in(text: str) -> str:
     """The first unit in words of numbers, such as "60rpm:120rpm:5"; empty where there is none."""
-    units = (match[1].replace(" ", "") for match in _WITH_UNIT.finditer(text))
+    units = (plain(match[1]) for match in _WITH_UNIT.finditer(text))
     return next((unit for unit in units if unit in UNITS), "")
 
 
@@ -150,7 +173,9 @@ def written(value: object, unit: str, digits: int = 5) -> str:
     """A value in SI in a unit of `UNITS`; without one as it stands, and so what is no number."""
     if not isinstance(value, float):
         return str(value)
-    return f"{value / UNITS[unit][1]:.{digits}g} {unit}" if unit else f"{value:.{digits}g}"
+    if not unit:
+        return f"{value:.{digits}g}"
+    return f"{(value - ZEROS.get(unit, 0.0)) / UNITS[unit][1]:.{digits}g} {unit}"
 
 
 def amount(value: object, units: tuple[str, ...] = ()) -> object:

@@ -110,11 +110,14 @@ def test_contributing_has_the_sentences_of_all_folders():
 
 
 def test_the_guide_has_the_fields_of_every_element(pages):
-    """As `python docs/fields.py` writes them; every element of a scene file is among them."""
+    """As `python docs/fields.py` writes them, with the units that are read; every element of a
+    scene file is among them.
+    """
     import fields
 
-    text = fields.PAGE.read_text()
-    assert fields.renewed(text) == text
+    for mark, (page, _) in fields.PAGES.items():
+        text = (DOCS / page).read_text()
+        assert fields.renewed(text, mark) == text
     rows = [line.split("|")[2].strip(" `") for line in fields.table()[2:]]
     assert {*rows} >= {kind.__name__ for kind in document.KINDS.values()}
 
