@@ -15,7 +15,7 @@ os.environ.pop("MPLBACKEND", None)  # a backend without a screen takes the pictu
 
 from docstrings import as_restructured_text  # noqa: E402
 from gallery_pictures import pictures, put_thumbnails  # noqa: E402
-from pages import read_page, write_pages  # noqa: E402
+from pages import read_page, write_pages, write_root  # noqa: E402
 
 from clearance.version import VERSION  # noqa: E402
 
@@ -68,11 +68,24 @@ sphinx_gallery_conf = {
     "capture_repr": (),
 }
 html_theme = "pydata_sphinx_theme"
-html_title = "clearance"
+html_title = f"clearance {VERSION}"
+html_logo = html_favicon = "_static/logo.svg"
 html_static_path = ["_static"]
+html_extra_path = ["made/root"]
+html_sourcelink_suffix = ""
 html_css_files = ["site.css"]
 html_sidebars = {"docs/index": []}
-html_theme_options = {"show_prev_next": True, "secondary_sidebar_items": ["page-toc"]}
+html_theme_options = {
+    "show_prev_next": True,
+    "logo": {"text": html_title},
+    "secondary_sidebar_items": {
+        "**": ["page-toc", "edit-this-page", "sourcelink"],
+        "docs/index": [],
+    },
+}
+if forge := os.environ.get("CLEARANCE_FORGE"):  # address of the repository, for links that edit
+    html_theme_options["use_edit_page_button"] = True
+    html_context = {"edit_page_url_template": f"{forge}/edit/main/{{{{ file_name }}}}"}
 
 
 def setup(app):
@@ -81,3 +94,4 @@ def setup(app):
     app.connect("source-read", read_page)
     app.connect("builder-inited", put_thumbnails, priority=900)
     write_pages(HERE / "made")
+    write_root(HERE / "made" / "root")

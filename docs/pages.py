@@ -13,11 +13,16 @@ from docstrings import restructured
 
 FOLDER = re.compile(r"\]\(((?:\.\./)*paper_figures)/?\)")  # a folder that the forge lists
 CONTENTS = re.compile(r"<!-- contents: (.+) -->")  # pages below a page, which the forge hides
+MOVING = re.compile(r"<!-- moving: (.+) -->")  # a page that moves, which the forge hides
+ROW = re.compile(r"^\| \[([^]]+)\]\((\w+)\.md\) \| (.+) \|$", re.MULTILINE)  # of the guide's table
+HOME = '<meta http-equiv="refresh" content="0; url=docs/index.html"><a href="docs/index.html">clearance</a>'
+FRAME = '<iframe class="moving" src="../{}" title="the feeder moves"></iframe>'
 
 
 def read_page(app, docname: str, source: list[str]) -> None:
     """Handler of Sphinx: pages below this one, and links to folders that a forge lists."""
     text = CONTENTS.sub(lambda m: contents(m[1].split()), source[0])
+    text = MOVING.sub(lambda m: FRAME.format(m[1]), text)
     source[0] = FOLDER.sub(r"](\1/README.md)", text)
 
 
@@ -93,10 +98,30 @@ def case_page() -> str:
 
 def write_pages(folder: Path) -> None:
     """Write all pages that are made; those of before are taken away, but for the gallery."""
-    for old in (folder / "guide", folder / "api"):
-        shutil.rmtree(old, ignore_errors=True)
+    shutil.rmtree(folder / "api", ignore_errors=True)
     pages = {"api/laws.md": law_page(), "api/cases.md": case_page()}
     for name, text in pages.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
+
+
+# --- beside the pages
+def write_root(folder: Path) -> None:
+    """Files of the root of the site: a way to the start page, its moving page, and llms.txt."""
+    import clearance as cl
+
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "index.html").write_text(HOME, encoding="utf-8")
+    (folder / "llms.txt").write_text(llms(Path(__file__).parent), encoding="utf-8")
+    cl.simulate(cl.load_case("six_bar_feeder", model="mixed"), turns=4).view(folder / "feeder.html")
+
+
+def llms(docs: Path) -> str:
+    """Pages of the guide with a line each, for programs that read documentation (llmstxt.org)."""
+    text = (docs / "index.md").read_text(encoding="utf-8")
+    rows = ROW.findall((docs / "guide.md").read_text(encoding="utf-8"))
+    lines = [f"- [{title}](_sources/docs/{page}.md): {aim}" for title, page, aim in rows]
+    return "\n".join(
+        ["# clearance", "", f"> {text.splitlines()[2]}", "", "## Guide", "", *lines, ""]
+    )

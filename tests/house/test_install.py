@@ -200,3 +200,5 @@ def test_users2_the_site_is_built_without_warnings(installed):
     assert program == "python"
     installed.call(installed.python, *arguments, "-W", "-q")
     assert (installed.root / "site" / "docs" / "notebooks" / "films.html").exists()
+    for name in ("index.html", "llms.txt", "feeder.html"):
+        assert (installed.root / "site" / name).exists()

@@ -161,6 +161,14 @@ def test_elements_are_all_named():
     assert [n for n in cl.elements.__all__ if f"`{n}`" not in table] == []
 
 
+def test_start_page(tmp_path, example):
+    """The site's first example prints the force of its page (1e-5), and its page moves."""
+    out = example(blocks(pages=("docs/index.md",)), "run.view")
+    (printed,) = blocks("text", ("docs/index.md",))
+    assert float(out.split()[0]) == pytest.approx(float(printed.split()[0]), rel=1e-5)
+    assert (tmp_path / "feeder.html").exists()
+
+
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
