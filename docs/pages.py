@@ -15,7 +15,7 @@ FOLDER = re.compile(r"\]\(((?:\.\./)*paper_figures)/?\)")  # a folder that the f
 CONTENTS = re.compile(r"<!-- contents: (.+) -->")  # pages below a page, which the forge hides
 MOVING = re.compile(r"<!-- moving: (.+) -->")  # a page that moves, which the forge hides
 ROW = re.compile(r"^\| \[([^]]+)\]\((\w+)\.md\) \| (.+) \|$", re.MULTILINE)  # of the guide's table
-HOME = '<meta http-equiv="refresh" content="0; url=docs/index.html"><a href="docs/index.html">clearance</a>'
+HOME = '<meta http-equiv="refresh" content="0; url=docs/index.html"><a href="docs/">clearance</a>'
 FRAME = '<iframe class="moving" src="../{}" title="the feeder moves"></iframe>'
 
 
