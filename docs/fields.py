@@ -99,8 +99,22 @@ def units() -> list[str]:
     return ["| in SI | written as |", "|---|---|", *rows]
 
 
+def materials() -> list[str]:
+    """A row for each material of bearings."""
+    heads = "name", "E [GPa]", "nu", "density [kg/m3]", "hardness [MPa]"
+    heads += "dry wear on steel [mm3/Nm]", "source"
+    lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
+    for name, row in cl.Material.table().items():
+        m = row.material
+        wear = " to ".join(f"{k * 1e9:.0e}" for k in row.wear) if row.wear else ""
+        numbers = f"{m.young / 1e9:g} | {m.poisson:g} | {m.density:g} | {row.hardness / 1e6:g}"
+        lines.append(f"| `{name}` | {numbers} | {wear} | {row.source} |")
+    return lines
+
+
 #: page of each table, by the mark around it
 PAGES = {"fields": ("elements.md", table), "units": ("mechanism.md", units)}
+PAGES["materials"] = ("wear.md", materials)
 
 
 def renewed(text: str, mark: str) -> str:

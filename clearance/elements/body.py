@@ -1,11 +1,14 @@
 """Bodies and points on them: frozen descriptions in SI units."""
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from clearance.elements.quantities import ZERO, Described, Number, Row, number
+from clearance.laws.materials import Material, steel
 from clearance.values import checks
+from clearance.values.units import labelled
 
 #: coordinates of a body: its centre of mass and its angle
 ABSOLUTE = ("x", "y", "angle")
@@ -86,6 +89,81 @@ class Body(Described):
         }
         self._set("points", MappingProxyType(points))
 
+    @classmethod
+    def bar(
+        cls,
+        name: str,
+        points: Mapping[str, float],
+        section: float | tuple[float, float],
+        *,
+        material: Material = steel,
+        length: float | None = None,
+        **more,
+    ) -> "Body":
+        """A straight bar along x, with the mass properties of its section.
+
+        points: places along the bar [m], by name; length [m]: default from the first to the last
+        of them, which it goes beyond by as much at both ends. section: diameter, or width and
+        height in the plane of motion [m]. more: other fields of a body.
+
+            m = rho A L,   J = m (L^2 / 12 + k^2),   k = d / 4 or h / sqrt(12)
+
+        Raises ValueError for sizes that are not positive.
+        """
+        label = f"body {name}"
+        points = {n: number_of(f"{label}: point {n!r}", x) for n, x in points.items()}
+        sizes = section if isinstance(section, tuple | list) else (section,)
+        sizes = [number_of(f"{label}: section", s, checks.positive) for s in sizes]
+        first, last = min(points.values(), default=0.0), max(points.values(), default=0.0)
+        length = last - first if length is None else number_of(f"{label}: length", length)
+        checks.positive(f"{label}: length", length)
+        if len(sizes) == 1:
+            area, radius = 0.25 * math.pi * sizes[0] ** 2, 0.25 * sizes[0]
+        elif len(sizes) == 2:
+            area, radius = sizes[0] * sizes[1], sizes[1] / math.sqrt(12.0)
+        else:
+            raise ValueError(f"{label}: section must be a diameter, or width and height")
+        mass = material.density * area * length
+        places = {n: (x, 0.0) for n, x in points.items()}
+        more = {"com": (0.5 * (first + last), 0.0), "points": places} | more
+        return cls(name, mass, mass * (length**2 / 12.0 + radius**2), **more)
+
+    @classmethod
+    def plate(
+        cls,
+        name: str,
+        outline: Sequence[tuple[float, float]],
+        thickness: float,
+        *,
+        holes: Sequence[tuple[float, float, float]] = (),
+        material: Material = steel,
+        **more,
+    ) -> "Body":
+        """A flat plate with the mass properties of its outline.
+
+        outline: corners (x, y) in the frame of the body [m], in turn. holes: round ones, (x, y,
+        radius) [m]. thickness [m]. more: other fields of a body, points among them.
+
+            A = sum c / 2,   x_c = sum (x_i + x_j) c / (6 A),   c = x_i y_j - x_j y_i
+
+        Raises ValueError for an outline without an area, and for holes that leave no mass.
+        """
+        label = f"body {name}"
+        thickness = number_of(f"{label}: thickness", thickness, checks.positive)
+        corners = [PLACE.checked(f"{label}: outline", xy) for xy in outline]
+        pieces = [_polygon(corners)]
+        for hole in holes:
+            x, y, r = (number_of(f"{label}: hole", v) for v in hole)
+            area = -math.pi * checks.positive(f"{label}: radius of a hole", r) ** 2
+            pieces.append((area, area * x, area * y, area * (x * x + y * y + 0.5 * r * r)))
+        area, by_x, by_y, polar = map(sum, zip(*pieces, strict=True))
+        if not area > 0.0:
+            raise ValueError(f"{label}: outline and holes leave an area of {area:g} m2")
+        x, y = by_x / area, by_y / area
+        heavy = material.density * thickness
+        more = {"com": (x, y)} | more
+        return cls(name, heavy * area, heavy * (polar - area * (x * x + y * y)), **more)
+
     def label(self) -> str:
         """Name of the body in messages."""
         return f"body {self.name}"
@@ -120,6 +198,23 @@ class Body(Described):
 
     def __repr__(self) -> str:
         return f"Body({self.name!r})"
+
+
+def number_of(label: str, value: float | str, check: Callable = checks.finite) -> float:
+    """A length of a body [m], which may have a unit."""
+    return check(label, labelled(label, value, ("m",)))
+
+
+def _polygon(corners: Sequence[tuple[float, ...]]) -> tuple[float, float, float, float]:
+    """Area of a polygon and its moments: of x, of y, and of x^2 + y^2 about the origin."""
+    sums = [0.0, 0.0, 0.0, 0.0]
+    for (x, y), (u, v) in zip(corners, [*corners[1:], *corners[:1]], strict=True):
+        cross = x * v - u * y
+        polar = x * x + x * u + u * u + y * y + y * v + v * v
+        parts = (cross / 2.0, (x + u) * cross / 6.0, (y + v) * cross / 6.0, polar * cross / 12.0)
+        sums = [total + part for total, part in zip(sums, parts, strict=True)]
+    sign = math.copysign(1.0, sums[0])
+    return tuple(sign * total for total in sums)
 
 
 class Ground(Body):

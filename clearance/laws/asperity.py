@@ -15,15 +15,19 @@ import math
 from clearance.laws.contact import MODULUS
 from clearance.laws.law import asperity
 from clearance.values.checks import finite, positive
+from clearance.values.units import amount
 
 FAR = 12.0  # film thickness ratio at which asperities have long lost touch
 SQRT2 = math.sqrt(2.0)
 SQRT2PI = math.sqrt(2.0 * math.pi)
 
 
-def composite_roughness(first: float, second: float) -> float:
-    """rms roughness of two surfaces together: sigma = sqrt(R_q1^2 + R_q2^2) [m]."""
-    return math.hypot(first, second)
+def composite_roughness(first: float | str, second: float | str) -> float:
+    """rms roughness of two surfaces together: sigma = sqrt(R_q1^2 + R_q2^2) [m].
+
+    Texts may be R_a, as "Ra 0.4 um", which counts sqrt(pi / 2) times (Gaussian heights).
+    """
+    return math.hypot(amount(first, ("m",)), amount(second, ("m",)))
 
 
 def normal_density(x):

@@ -2,7 +2,7 @@
 
 from dataclasses import MISSING, Field, dataclass, field, fields
 
-from clearance.values.checks import answers, finite, fraction, non_negative, positive
+from clearance.values.checks import answers, finite, fraction, meant, non_negative, positive
 from clearance.values.units import labelled, unusual
 
 
@@ -53,6 +53,34 @@ class Material(Record):
                 f"material {self.name}: poisson must lie in (-1, 0.5], got {self.poisson!r}"
             )
 
+    @staticmethod
+    def table() -> "dict[str, BearingMaterial]":
+        """Materials of bearings by name, with hardness and dry wear on steel."""
+        return BEARING_MATERIALS
+
+    @staticmethod
+    def named(name: str) -> "Material":
+        """A material of the table. Raises ValueError for a name that is not there."""
+        if name not in BEARING_MATERIALS:
+            hint = f"{meant(name, BEARING_MATERIALS)}; there are {', '.join(BEARING_MATERIALS)}"
+            raise ValueError(f"no material {name!r}{hint}")
+        return BEARING_MATERIALS[name].material
+
+
+@dataclass(frozen=True)
+class BearingMaterial:
+    """A material of bearings: typical values.
+
+    hardness [Pa]: Brinell's, of polymers by ball indentation, within a fifth. wear: lowest and
+    highest coefficient k of `archard` [m2/N] that is usual in dry sliding on steel, which covers
+    orders of magnitude; None where that is not known to us.
+    """
+
+    material: Material
+    hardness: float
+    wear: tuple[float, float] | None
+    source: str
+
 
 @answers
 @dataclass(frozen=True)
@@ -76,6 +104,30 @@ class Lubricant(Record):
 
 #: the steel of the clearance-joint literature (Flores et al. 2004 to 2009: E = 207 GPa, nu = 0.3)
 steel = Material("steel", young=207e9, poisson=0.3, density=7850.0)
+
+
+ARCHARD = "k = K / H with K of Archard and Hirst, Proc. R. Soc. A 236 (1956) 397"
+SHEETS = "data sheets of manufacturers"
+WASHER = f"{SHEETS}; k of washers on steel or polymer, ASTM D3702, RTP Company"
+#: name: (Young's modulus [GPa], Poisson's ratio, density [kg/m3], hardness [MPa], wear [m2/N])
+_TYPICAL = {
+    "steel": (207.0, 0.3, 7850.0, 1200.0, (1e-13, 1e-11), ARCHARD),
+    "hardened_steel": (207.0, 0.3, 7850.0, 6500.0, (1e-15, 1e-13), ARCHARD),
+    "cast_iron": (110.0, 0.26, 7200.0, 2000.0, None, SHEETS),
+    "bronze": (100.0, 0.34, 8910.0, 640.0, (1e-14, 1e-12), f"UNS C93200; {ARCHARD} (brass)"),
+    "tin_babbitt": (53.0, 0.35, 7300.0, 245.0, None, "ASTM B23 grade 2"),
+    "lead_babbitt": (26.0, 0.4, 10000.0, 225.0, None, "ASTM B23 grade 7"),
+    "PTFE": (0.5, 0.46, 2170.0, 30.0, (1e-13, 1e-12), f"{SHEETS}; {ARCHARD}"),
+    "POM": (2.9, 0.37, 1410.0, 150.0, (1e-16, 1e-14), WASHER),
+    "PA66": (2.5, 0.39, 1140.0, 130.0, (1e-15, 1e-13), WASHER),
+    "PEEK": (3.8, 0.39, 1310.0, 230.0, (1e-15, 1e-13), f"{SHEETS}; Mens and de Gee (1991)"),
+    "UHMWPE": (0.7, 0.46, 930.0, 38.0, (1e-16, 1e-14), f"{SHEETS}; {ARCHARD}"),
+}
+#: typical values: moduli and densities within a twentieth, those of polymers within a fifth
+BEARING_MATERIALS = {
+    name: BearingMaterial(Material(name, 1e9 * young, poisson, density), 1e6 * hard, wear, source)
+    for name, (young, poisson, density, hard, wear, source) in _TYPICAL.items()
+}
 
 
 @answers

@@ -20,7 +20,7 @@ from clearance.files.texts import shallow, text_of
 from clearance.film import names as films
 from clearance.film.pad_law import pad_film
 from clearance.laws.law import Law
-from clearance.laws.materials import steel
+from clearance.laws.materials import Material
 from clearance.laws.outline import worn
 from clearance.scene.case import Case, Parameter
 from clearance.scene.document import KINDS, Misplaced, Parts, at, law_in, module_of
@@ -126,7 +126,8 @@ def _parts(document: Mapping, path: Path) -> Scene:
     bodies = document.get("body", {})
     shared = {name: document.get(name, {}) for name in SHARED}
     parts = Parts(bodies, tables, partial(_law, path.parent), shared)
-    parts.ready["material", steel.name] = steel
+    for name in Material.table():
+        parts.ready["material", name] = Material.named(name)
     for name in bodies:
         parts.body(name)
     order = [s for s in document if s in SECTIONS]

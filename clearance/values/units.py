@@ -82,6 +82,7 @@ ZEROS = {"degC": 273.15}
 #: units in which people think of numbers in SI, coarse to fine
 READ_AS = {"rad/s": ("rpm",), "m": ("mm", "um"), "Pa s": ("cP",)}
 KINEMATIC = "m2/s"
+ROUGH, RQ_OVER_RA = ("Ra", "Rq"), math.sqrt(0.5 * math.pi)
 _KINDS = {kind for kind, _ in UNITS.values()}
 
 #: most digits of a decimal factor
@@ -134,8 +135,11 @@ def quantity(text: str, units: str | None = None) -> float:
     """A number with an optional unit ("300rpm", "0.1 mm", "40cP", "5e-5") in SI.
 
     units: the expected SI unit; a unit of another kind raises ValueError (kinds that this table
-        lacks pass). "46cSt@870kg/m3" is a viscosity, of an oil with this density.
+        lacks pass). "46cSt@870kg/m3" is a viscosity, of an oil with this density; "Ra0.4um+Ra0.8um"
+        the rms roughness of two surfaces together, see `rough`.
     """
+    if text.lstrip().startswith(ROUGH):
+        return rough(text, units)
     kinematic, at, heavy = text.partition("@")
     if at:
         return quantity(kinematic, KINEMATIC) * quantity(heavy, "kg/m3")
@@ -156,6 +160,23 @@ def quantity(text: str, units: str | None = None) -> float:
         hint = f"; with a density: {number}{unit}@870kg/m3" if kind == KINEMATIC else ""
         raise ValueError(f"{text!r} is in {kind}, expected {expected}{hint}")
     return scaled_by(number, factor) + ZEROS.get(unit, 0.0)
+
+
+def rough(text: str, units: str | None = None) -> float:
+    """Composite rms roughness [m] of surfaces, such as "Ra0.4um+Rq0.8um".
+
+    sigma = sqrt(R_q1^2 + R_q2^2), R_q = sqrt(pi / 2) R_a
+
+    Valid for Gaussian heights; real surfaces have R_q of 1.1 to 1.35 R_a. Raises ValueError for
+    other texts, and where no length is expected.
+    Source: ISO 21920-2 (2021) for R_a and R_q; Thomas, Rough Surfaces, 2nd ed. (1999).
+    """
+    parts = [part.strip() for part in text.split("+")]
+    if not all(part.startswith(ROUGH) for part in parts) or units not in (None, "m"):
+        expected = "" if units in (None, "m") else f"; expected {units}"
+        raise ValueError(f"{text!r}: a roughness [m] is written as Ra0.4um+Ra0.8um{expected}")
+    factors = (RQ_OVER_RA if part.startswith("Ra") else 1.0 for part in parts)
+    return math.hypot(*(f * quantity(p[2:], "m") for f, p in zip(factors, parts, strict=True)))
 
 
 def plain(unit: str) -> str:

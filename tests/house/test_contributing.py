@@ -70,7 +70,7 @@ def copy(root: Path) -> Path:
     shutil.copytree(ROOT / "tests", root / "tests", ignore=shutil.ignore_patterns("*.h5"))
     shutil.copy(ROOT / "pyproject.toml", root)
     (root / "docs").mkdir()
-    for name in ("fields.py", "elements.md", "mechanism.md"):
+    for name in ("fields.py", "elements.md", "mechanism.md", "wear.md"):
         shutil.copy(ROOT / "docs" / name, root / "docs")
     return root
 
