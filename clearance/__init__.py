@@ -76,6 +76,7 @@ if TYPE_CHECKING:  # for editors: names of laws and elements, modules, and what 
 
     from clearance.motions.steady import steady as steady
     from clearance.postprocess.measured import compare as compare
+    from clearance.exporting.export import export as export
     from clearance.identify.designs import optimize as optimize
     from clearance.identify.scene_parameters import fit as fit
     from clearance.postprocess.report import report as report
@@ -169,6 +170,7 @@ _LAZY = {
     "compare": "clearance.postprocess.measured",
     "fit": "clearance.identify.scene_parameters",
     "optimize": "clearance.identify.designs",
+    "export": "clearance.exporting.export",
 }
 
 #: names that only authors of cases need: not among those to choose from

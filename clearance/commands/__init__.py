@@ -13,6 +13,7 @@ COMMANDS = {
     "plot": "pictures of run files and sweeps",
     "report": "one HTML file about a run or a sweep, that needs nothing else",
     "view": "a page that moves, of runs or of a sweep, in one HTML file",
+    "export": "a case as C source, or as a unit (FMU) of other people's models",
     "inverse": "driving efforts and joint reactions of a prescribed motion, with friction",
     "fit": "parameters of a mechanism from its records, with intervals; or what records would tell",
     "optimize": "dimensions from limits: the best design, what limits cost, the map around it",

@@ -26,12 +26,8 @@ def values_of(number) -> "np.ndarray | float":
 
 def each(function: Callable, *numbers: float) -> float:
     """A function of numbers; of columns a column, each value as Python works it out."""
-    if not any(isinstance(number, Column) for number in numbers):
-        return function(*numbers)
-    import numpy as np
-
-    column = np.frompyfunc(function, len(numbers), 1)(*map(values_of, numbers))
-    return Column(column.astype(float))
+    column = next((number for number in numbers if isinstance(number, Column)), None)
+    return function(*numbers) if column is None else column.each(function, numbers)
 
 
 def _arithmetic(function: Callable, turned: bool = False) -> Callable:
@@ -100,6 +96,14 @@ class Column(float):
         _refused("the text"),
     )
     __mod__, __floordiv__ = _refused("the remainder"), _refused("the remainder")
+
+    @staticmethod
+    def each(function: Callable, numbers: tuple) -> "Column":
+        """A function of numbers, value by value."""
+        import numpy as np
+
+        column = np.frompyfunc(function, len(numbers), 1)(*map(values_of, numbers))
+        return Column(column.astype(float))
 
     def __neg__(self) -> "Column":
         return Column(-self.values)

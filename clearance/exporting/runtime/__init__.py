@@ -1,0 +1,1 @@
+"""C that is the same for all scenes."""

@@ -1,0 +1,200 @@
+"""Programs and functions as C99: readable, and without anything but libm."""
+
+from collections.abc import Callable, Iterable
+
+from clearance.tracing.emission import Program, Writer
+from clearance.tracing.function import Answer, Loop, Opaque
+from clearance.tracing.schedule import Branch, scheduled
+from clearance.tracing.trace import COMPARISONS, Scalar, text
+
+#: names that C or its library has
+RESERVED = {"double", "int", "long", "out", "par", "work", "y", "t", "exp", "log", "tables"}
+KERNEL = "double t, const double *y, const double *par, const double *work, double *out"
+INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/", "and": "&&", "or": "||", **COMPARISONS}
+
+
+def value(number) -> str:
+    """A value as it stands in an expression."""
+    special = {"math.nan": "NAN", "math.inf": "INFINITY", "(-math.inf)": "(-INFINITY)"}
+    return special.get(text(number), text(number))
+
+
+class CWriter(Writer):
+    """C statements of schedules. Values that leave a branch are declared before it."""
+
+    def __init__(self, functions: list, slots: dict | None = None, names: dict | None = None):
+        super().__init__([], slots, names)
+        for function in functions:
+            self.called[function] = self._free_name(function.name)
+
+    def _free_name(self, name: str) -> str:
+        while name in RESERVED or name in self.called.values():
+            name += "_"
+        return name
+
+    def body(self, steps: list, ends: Iterable, indent: str = "    ") -> list[str]:
+        """Statements of a schedule; ends: values that are read behind it."""
+        self.hoisted = _leaving(steps, ends, self.operands)
+        declared = (indent + self._declared(n, " = {0.0}", " = 0") for n in self.hoisted)
+        return [*declared, *self.lines(steps, indent)]
+
+    def operands(self, node: Scalar) -> list[Scalar]:
+        """Values that a statement reads."""
+        return [] if node in self.slots else node.operands
+
+    @staticmethod
+    def _declared(node: Scalar, array: str = "", number: str = "") -> str:
+        if node.op == "call":
+            return f"double v{node.index}[{node.args[0].count}]{array};"
+        kind = "int" if node.boolean else "double"
+        return f"{kind} v{node.index}{number};"
+
+    def _branch(self, branch: Branch, indent: str) -> list[str]:
+        condition, deeper = text(branch.condition), indent + "    "
+        if not branch.then:
+            return self._block(f"if (!{condition}) {{", branch.otherwise, indent, deeper)
+        lines = self._block(f"if ({condition}) {{", branch.then, indent, deeper)
+        if branch.otherwise:
+            lines[-1:] = self._block("} else {", branch.otherwise, indent, deeper)
+        return lines
+
+    def _block(self, head: str, steps: list, indent: str, deeper: str) -> list[str]:
+        return [indent + head, *self.lines(steps, deeper), indent + "}"]
+
+    def _statement(self, node: Scalar) -> list[str]:
+        lines, source = [], self.source(node)
+        if node.section and node.section != self.section:
+            self.section = node.section
+            lines.append(f"/* {node.section} */")
+        comment = f"  /* {self.names[source]} */" if source in self.names else ""
+        if node.op == "call" and node not in self.slots:
+            declared = [] if node in self.hoisted else [self._declared(node)]
+            return [*lines, *declared, f"{source};"]
+        name, kind = f"v{node.index}", "int" if node.boolean else "double"
+        target = name if node in self.hoisted else f"const {kind} {name}"
+        return [*lines, f"{target} = {source};{comment}"]
+
+    def source(self, node: Scalar) -> str:
+        """The expression of one operation."""
+        op, args = node.op, node.args
+        if node in self.slots or op in ("load", "item"):
+            return super().source(node)
+        if op == "call":
+            inputs = [*map(value, args[1:]), f"v{node.index}"]
+            return f"{self.called[args[0]]}({', '.join(inputs)})"
+        texts = [value(a) for a in args]
+        if op in INFIX:
+            return f"{texts[0]} {INFIX[op]} {texts[1]}"
+        single = {
+            "neg": "-{}",
+            "not": "!{}",
+            "lookup": "tables[(long)({})]",
+            "select": "{} ? {} : {}",
+        }
+        return single[op].format(*texts) if op in single else f"{op}({', '.join(texts)})"
+
+    def function(self, function) -> list[str]:
+        """Definition of a function, which fills the values in."""
+        name = self.called[function]
+        if isinstance(function, Loop):
+            step = function.step
+            arguments = [a.args[0] for a in step.arguments]
+            head = f"static void {name}({_doubles(['again', *arguments])}, double *out)"
+            state = arguments[: function.count]
+            passed = [f"{a} = v[{i}];" for i, a in enumerate(["again", *state])]
+            ends = [f"out[{i}] = {a};" for i, a in enumerate(state)]
+            call = f"{self.called[step]}({', '.join([*arguments, 'v'])});"
+            lines = [f"double v[{step.count}];", "while (again != 0.0) {", f"    {call}"]
+            return _defined(head, [*lines, *("    " + p for p in passed), "}", *ends])
+        names = [a.args[0] for a in function.arguments]
+        inner = CWriter([])
+        inner.called = self.called
+        lines = inner.body(scheduled(function.outputs), function.outputs, "")
+        read = {n.args[0] for n in _nodes(scheduled(function.outputs)) if n.op == "load"}
+        lines = [f"(void){n};" for n in names if n not in read] + lines
+        ends = [f"out[{i}] = {value(o)};" for i, o in enumerate(function.outputs)]
+        head = f"static void {name}({_doubles(names)}, double *out)"
+        return _defined(head, [*lines, *ends])
+
+    def kernel(
+        self, name: str, outputs: dict, cut: Callable, size: int, arguments: str = KERNEL
+    ) -> list[str]:
+        """A kernel that fills so many places, those without an output with 0."""
+        ends = list(outputs.values())
+        steps = scheduled(ends, cut)
+        filled = [f"for (int i = 0; i < {size}; i++) out[i] = 0.0;"] if size > len(outputs) else []
+        filled += [f"out[{i}] = {value(v)};" for i, v in sorted(outputs.items())]
+        return self._whole(name, [*self.body(steps, ends, ""), *filled], arguments)
+
+    def matrix(self, program: Program) -> list[str]:
+        """A matrix, column by column."""
+        n, ends = program.columns, list(program.outputs.values())
+        lines = self.body(program.steps, _read_by(program.column, ends, self.operands), "")
+        column = self.body(program.column, ends, "    ")
+        rows = [f"    out[{i * n} + column] = {value(v)};" for i, v in program.outputs.items()]
+        first = [f"double dy[{n}] = {{0.0}};", f"for (int column = 0; column < {n}; column++) {{"]
+        moved = ["    dy[column] = 1.0;", *column, *rows, "    dy[column] = 0.0;", "}"]
+        zeros = f"for (int i = 0; i < {n * n}; i++) out[i] = 0.0;"
+        return self._whole(program.role, [*lines, zeros, *first, *moved])
+
+    def _whole(self, name: str, lines: list[str], arguments: str = KERNEL) -> list[str]:
+        names = (a.split()[-1].lstrip("*") for a in arguments.split(","))
+        unused = " ".join(f"(void){n};" for n in names)
+        return _defined(f"void {name}({arguments})", [unused, *lines])
+
+
+def _doubles(names: Iterable[str]) -> str:
+    return ", ".join(f"double {n}" for n in names)
+
+
+def _defined(head: str, lines: list[str]) -> list[str]:
+    return [head, "{", *("    " + line for line in lines), "}", ""]
+
+
+def _nodes(steps: list) -> list[Scalar]:
+    """All nodes of a schedule, those of its branches too."""
+    nodes = []
+    for step in steps:
+        inner = [*step.then, *step.otherwise] if isinstance(step, Branch) else []
+        nodes += _nodes(inner) if isinstance(step, Branch) else [step]
+    return nodes
+
+
+def _read_by(steps: list, ends: Iterable, operands: Callable) -> list:
+    return [*(a for n in _nodes(steps) for a in operands(n)), *ends]
+
+
+def _leaving(steps: list, ends: Iterable, operands: Callable) -> list[Scalar]:
+    """Values that are computed inside a branch and read outside of it, in order."""
+    place: dict[Scalar, tuple] = {}
+
+    def placed(inner: list, path: tuple) -> None:
+        for k, step in enumerate(inner):
+            if isinstance(step, Branch):
+                placed(step.then, (*path, (k, True)))
+                placed(step.otherwise, (*path, (k, False)))
+            else:
+                place[step] = path
+
+    placed(steps, ())
+    reads = [(n, path) for user, path in place.items() for n in operands(user)]
+    reads += [(n, ()) for n in ends]
+    leaving = {n for n, p in reads if n in place and p[: len(place[n])] != place[n]}
+    conditions = _conditions(steps, ())
+    leaving |= {n for n, p in conditions if p[: len(place.get(n, ()))] != place.get(n, ())}
+    return sorted(leaving, key=lambda n: n.index)
+
+
+def _conditions(steps: list, path: tuple) -> list[tuple]:
+    conditions: list[tuple] = []
+    for k, step in enumerate(steps):
+        if isinstance(step, Branch):
+            conditions.append((step.condition, path))
+            conditions += _conditions(step.then, (*path, (k, True)))
+            conditions += _conditions(step.otherwise, (*path, (k, False)))
+    return conditions
+
+
+def apart(functions: Iterable) -> list:
+    """Functions that only Python or its compiler can evaluate."""
+    return [f for f in functions if isinstance(f, Opaque | Answer)]
