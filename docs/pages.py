@@ -11,11 +11,20 @@ from pathlib import Path
 
 from docstrings import restructured
 
-FOLDER = re.compile(r"\]\(((?:\.\./)*paper_figures)/?\)")  # a folder that the forge lists
+#: folders that the forge lists, and their pages of the site
+FOLDERS = {
+    "docs/gallery": "docs/made/gallery/index.rst",
+    "gallery": "made/gallery/index.rst",
+    "../clearance/laws": "made/api/laws.md",
+}
+FOLDER = re.compile(rf"\]\(((?:\.\./)*paper_figures|{'|'.join(map(re.escape, FOLDERS))})/?\)")
 CONTENTS = re.compile(r"<!-- contents: (.+) -->")  # pages below a page, which the forge hides
 MOVING = re.compile(r"<!-- moving: (.+) -->")  # a page that moves, which the forge hides
 ROW = re.compile(r"^\| \[([^]]+)\]\((\w+)\.md\) \| (.+) \|$", re.MULTILINE)  # of the guide's table
-HOME = '<meta http-equiv="refresh" content="0; url=docs/index.html"><a href="docs/">clearance</a>'
+HOME = (
+    '<meta http-equiv="refresh" content="0; url=docs/index.html">'
+    '<a href="docs/index.html">clearance</a>'
+)
 FRAME = '<iframe class="moving" src="../{}" title="the feeder moves"></iframe>'
 
 
@@ -23,7 +32,7 @@ def read_page(app, docname: str, source: list[str]) -> None:
     """Handler of Sphinx: pages below this one, and links to folders that a forge lists."""
     text = CONTENTS.sub(lambda m: contents(m[1].split()), source[0])
     text = MOVING.sub(lambda m: FRAME.format(m[1]), text)
-    source[0] = FOLDER.sub(r"](\1/README.md)", text)
+    source[0] = FOLDER.sub(lambda m: f"]({FOLDERS.get(m[1], f'{m[1]}/README.md')})", text)
 
 
 def contents(names: list[str]) -> str:
