@@ -251,7 +251,13 @@ class Choice:
             "not run yet": missing,
             "with warnings": int(self.warned.sum()),
         }
-        return ", ".join(f"{n} of {len(status)} points {what}" for what, n in numbers.items() if n)
+        words = [f"{n} of {len(status)} points {what}" for what, n in numbers.items() if n]
+        return ", ".join(words + ([f"most at {self._most()}"] if self.warned.any() else []))
+
+    def _most(self) -> str:
+        """The point whose run has most warnings."""
+        counts = np.where(self.done, self.sweep.costs["warnings"][self.points], 0)
+        return " and ".join(a.says(a.place[counts.argmax()]) for a in map(self.axis, self.names))
 
     def values(self, metric: str) -> np.ndarray:
         """Values of a metric at the chosen points, NaN where a run is not done or left out."""
@@ -565,8 +571,18 @@ def _maps(
         _scale(axes, "x", plane[0], PANEL[len(panels) > 2])
         _scale(axes, "y", plane[1], 2.0)
     blank = {} if finite.size else {"ticks": []}
-    figures.colour_bar(figure, mesh, list(row), axis_label(text, units, 2.0), **blank)
+    text = _meaning(text, finite)
+    if len(panels) == 1:
+        row[0].set_title(axis_label(text, units, 3.4), fontsize="small", loc="left")
+        text = ""
+    label = axis_label(text, units, 2.0) if text else ""
+    figures.colour_bar(figure, mesh, list(row), label, **blank)
     return drawn | {says[s]: MARKS[s] for s, where in states.items() if where.any()}
+
+
+def _meaning(text: str, values: np.ndarray) -> str:
+    """The text of a metric; a sign that no value has is left out of it."""
+    return text if (values < 0.0).any() else text.partition(", negative")[0]
 
 
 def _thresholds(choice: Choice, metric: str, plane: list[Axis]) -> dict[str, tuple[float, dict]]:
@@ -729,7 +745,7 @@ def _curves(axes, choice: Choice, x: Axis, name: str, groups: list, styles: list
         if half is not None:
             bars = {"ecolor": drawn.get_color(), "elinewidth": 0.8, "capsize": 1.5, "fmt": "none"}
             axes.errorbar(x.at[x.place[order]], shown[order], half[order], **bars)
-    figures.finish(axes, axis_label(text, units), legend=False)
+    figures.finish(axes, axis_label(_meaning(text, shown), units), legend=False)
     _scale(axes, "x", x, 3.0)
     if np.isnan(shown).all():
         axes.set_xlim(x.at[0], x.at[-1])

@@ -7,6 +7,7 @@ from pathlib import Path
 from clearance.postprocess.figures import Sheet, save, sheet, with_units
 from clearance.postprocess.labels import shown_in
 
+from clearance.metrics.metrics import metrics as metrics_of
 from clearance.results.result import Result
 from clearance.values.checks import meant
 
@@ -34,8 +35,10 @@ def tornado(
     height = HEAD + BAR * len(sensitivities.parameters)
     figure = sheet(WIDTH, height * len(chosen) + 0.4)
     panels = figure.subplots(len(chosen), squeeze=False)[:, 0]
+    words = {name: metric.text for name, metric in metrics_of(run).items()}
     for axes, metric in zip(panels, chosen, strict=True):
-        _panel(axes, metric, {p: s for (m, p), s in sensitivities.items() if m == metric})
+        of_metric = {p: s for (m, p), s in sensitivities.items() if m == metric}
+        _panel(axes, words.get(metric, metric), of_metric)
     handles = panels[0].get_legend_handles_labels()
     figure.legend(*handles, loc="outside upper center", ncols=3, fontsize="small", frameon=False)
     return save(figure, path)
@@ -55,7 +58,7 @@ def _chosen(names: list[str], metrics: list[str] | None) -> list[str]:
     return chosen
 
 
-def _panel(axes, metric: str, sensitivities: Mapping) -> None:
+def _panel(axes, words: str, sensitivities: Mapping) -> None:
     """Bars of one metric, the longest on top, and their errors."""
     names = sorted(sensitivities, key=lambda n: abs(sensitivities[n].change))
     metric_units = next(iter(sensitivities.values())).metric_units
@@ -70,7 +73,9 @@ def _panel(axes, metric: str, sensitivities: Mapping) -> None:
     marks = [n if sensitivities[n].trusted else f"{n}\n(uncertain)" for n in names]
     axes.set_yticks(range(len(names)), marks)
     axes.axvline(0.0, color="black", linewidth=0.8)
-    axes.set_xlabel(with_units(f"change of {metric}", units), fontsize="small")
+    axes.set_xlabel(
+        with_units(f"change of the {words.partition(', negative')[0]}", units), fontsize="small"
+    )
     axes.locator_params(axis="x", nbins=7)
 
 

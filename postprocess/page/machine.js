@@ -63,7 +63,11 @@ class Machine {
     const place = first.machine.shapes ? this.mechanism(g, runs, width, room) : null;
     if (!place) note(g, width, room, `mechanism not drawn: ${first.machine.missing}`);
     g.restore();
-    first.lenses.forEach((lens, i) => this.lens(g, runs, lens, rows.at(i), rows.radius, place));
+    const places = ordered(first, rows, place, `${width} ${height}`),
+      when = first.place(this.page.x, this.page.kind);
+    if (place)
+      first.lenses.forEach((lens, i) => this.leader(g, place(tip(first, lens, when)), label(lens, rows, places[i])));
+    first.lenses.forEach((lens, i) => this.lens(g, runs, lens, places[i], rows.radius));
   }
 
   // ---- mechanism
@@ -157,15 +161,10 @@ class Machine {
   }
 
   // ---- lenses
-  lens(g, runs, lens, [x, y], radius, px) {
+  lens(g, runs, lens, [x, y], radius) {
     const run = runs[0],
       when = run.place(this.page.x, this.page.kind),
       state = stateOf(run, lens.joint, when);
-    if (px)
-      this.leader(g, px(world(pose(run, lens.end[0], when), lens.end.slice(1))), [
-        x,
-        y - radius - (lens.pressure ? 0.3 * radius : 5) - 16,
-      ]);
     const others = runs
       .map((r) => [r, r.lenses.find((l) => l.joint === lens.joint && l.kind === lens.kind)])
       .filter(([, l]) => l);
@@ -229,6 +228,34 @@ function lensRows(lenses, width, height) {
     return [(width * (i - row * line + 0.5)) / here, height - cell[1] * (rows - row - 0.5)];
   };
   return { height: rows * cell[1], radius, at };
+}
+
+// where a joint is, and where its line ends above its lens
+const tip = (run, lens, when) => world(pose(run, lens.end[0], when), lens.end.slice(1));
+const label = (lens, { radius }, [x, y]) => [
+  x,
+  y - radius - (lens.pressure ? 0.3 * radius : 5) - 16,
+];
+
+// places of the lenses: lines to their joints are short over the run, and so they seldom cross
+function ordered(run, rows, px, size) {
+  if (run.order?.size === size) return run.order.places;
+  const { lenses } = run,
+    places = lenses.map((_, i) => rows.at(i));
+  if (!px) return places;
+  const count = Object.values(run.poses)[0]?.[0].length ?? 1,
+    instants = Array.from({ length: 12 }, (_, j) => [Math.floor((j * count) / 12), 0]),
+    joints = lenses.map((lens) => instants.map((when) => px(tip(run, lens, when))));
+  const far = (i, to) =>
+    joints[i].reduce((sum, [x, y]) => sum + Math.hypot(x - to[0], y - to[1]), 0);
+  for (let round = 0; round < lenses.length; round++)
+    for (let i = 0; i < lenses.length; i++)
+      for (let j = 0; j < i; j++) {
+        const [a, b] = [places[i], places[j]];
+        if (far(i, b) + far(j, a) < far(i, a) + far(j, b)) [places[i], places[j]] = [b, a];
+      }
+  run.order = { size, places };
+  return places;
 }
 
 // name and colour of the state of a joint

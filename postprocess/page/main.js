@@ -37,6 +37,7 @@ const page = {
   async start() {
     this.machine = new Machine($("machine"), this);
     if (FACTS.map) this.map = new SweepMap(this);
+    if (FACTS.map?.blocks.every((block) => block === null)) document.body.className = "bare";
     for (const block of FACTS.open) await this.add(block);
     this.points = FACTS.map ? FACTS.open.map((b) => FACTS.map.blocks.indexOf(b)) : [];
     this.build();
@@ -256,14 +257,15 @@ const KEYS = {
   ArrowRight: (e) => page.sample(e.shiftKey ? 10 : 1),
   Home: () => page.go(page.window[0]),
   End: () => page.go(page.window[1]),
+  "?": () => $("keys").showModal(),
 };
 document.addEventListener("keydown", (e) => {
   if (
-    (["INPUT", "SELECT", "BUTTON"].includes(e.target.tagName) && e.target.type !== "checkbox") ||
-    !page.runs.length
+    ["INPUT", "SELECT", "BUTTON"].includes(e.target.tagName) &&
+    e.target.type !== "checkbox"
   )
     return;
-  if (KEYS[e.key]) {
+  if (KEYS[e.key] && (page.runs.length || e.key === "?")) {
     e.preventDefault();
     KEYS[e.key](e);
   }

@@ -331,13 +331,16 @@ def test_the_command(crank, tmp_path, typed, request):
     typed(*line, "--steady 1e-6", status=2)
 
 
-def test_bars_have_units_that_read_well():
+def test_bars_have_words_and_units_that_read_well(monkeypatch):
     """Changes of a gap by 60 nm and 2 um are drawn in um: 1e6 of them, to rounding."""
+    text = "smallest gap of joint B, negative in contact"
+    words = {"joint_B_gap_min": SimpleNamespace(text=text)}
+    monkeypatch.setattr("clearance.postprocess.tornado.metrics_of", lambda run: words)
     of = {"error": 0.0, "metric": 1e-5, "metric_units": "m", "size": 1.0, "parameter_units": "1"}
     rows = {("joint_B_gap_min", n): Sensitivity(v, **of) for n, v in (("a", 6e-6), ("b", -2e-4))}
     run = SimpleNamespace(sensitivities=Sensitivities(rows), clearances=["B"])
     panel = tornado(run).axes[0]
-    assert panel.get_xlabel() == "change of joint_B_gap_min [µm]"
+    assert panel.get_xlabel() == "change of the smallest gap of joint B [µm]"
     widths = [bar.get_width() for bar in panel.patches]
     assert widths == pytest.approx([-0.06, 0.06, 2.0, -2.0], rel=1e-12)
 

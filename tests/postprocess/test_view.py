@@ -1,5 +1,6 @@
 """The page that moves: its numbers, its policy, and its behaviour in a browser."""
 
+import itertools
 import json
 import os
 import re
@@ -401,6 +402,63 @@ def test_it_plays_and_takes_keys(runs):
     place = runs.evaluate("page.runs[0].place(page.x, page.kind)[0]")
     runs.keyboard.press("ArrowRight")
     assert runs.evaluate("page.runs[0].place(page.x, page.kind)") == [place + 1, 0]
+
+
+def test_users25_the_key_of_help(runs):
+    """? opens the list of keys, as the guide states it."""
+    runs.keyboard.press("?")
+    assert runs.evaluate("document.getElementById('keys').open")
+    runs.keyboard.press("Escape")
+
+
+def test_users25_a_telephone(shown):
+    """At 390 pixels nothing lies beside the screen: mechanism and curves are as wide as it."""
+    page = shown("dry.h5", "oil.h5")
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.wait_for_timeout(100)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    for selector in ("#machine", "#help", ".chart canvas"):
+        box = page.locator(selector).first.bounding_box()
+        assert box["x"] >= 0.0
+        assert box["x"] + box["width"] <= 390.0
+    assert page.locator("#machine").bounding_box()["width"] > 380.0
+
+
+def test_users25_a_sweep_without_run_files_is_its_map(shown):
+    """No half of the page is empty: the map is as wide as the page, and nothing plays."""
+    page = shown("samples")
+    assert page.locator("#map canvas").bounding_box()["width"] > 1300.0
+    assert not page.locator("#right").is_visible()
+    assert not page.locator("footer").is_visible()
+
+
+def test_users25_lines_to_lenses_do_not_cross(shown, folder):
+    """At the start of the feeder with three joints, named in another order than they lie."""
+    scene = cl.load_case("six_bar_feeder", model="dry", joints="E,C,B")
+    cl.simulate(scene, turns=1.0, samples_per_turn=60, path=folder / "three.h5", error=None)
+    page = shown("three.h5")
+    page.evaluate("page.go(page.window[0])")
+    ends = page.evaluate(
+        """(() => {
+          const lines = [], draw = Machine.prototype.leader;
+          Machine.prototype.leader = function (g, a, b) { lines.push([...a, ...b]); };
+          page.machine.draw();
+          Machine.prototype.leader = draw;
+          return lines;
+        })()"""
+    )
+    assert len(ends) == 3
+    for (ax, ay, bx, by), (cx, cy, dx, dy) in itertools.combinations(ends, 2):
+        sides = [
+            np.sign((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
+            for p, q, r in (
+                ((ax, ay), (bx, by), (cx, cy)),
+                ((ax, ay), (bx, by), (dx, dy)),
+                ((cx, cy), (dx, dy), (ax, ay)),
+                ((cx, cy), (dx, dy), (bx, by)),
+            )
+        ]
+        assert sides[0] == sides[1] or sides[2] == sides[3]
 
 
 def test_a_drag_zooms_all_curves_and_a_click_sets_the_time(runs):
