@@ -133,6 +133,12 @@ def simulate(
     Raises NotReached, with the best run, for a requested error that cannot be reached.
     Raises KeyboardInterrupt once the results so far are stored, with a note of the place.
     Warns once, by `RunWarning`, where the result has warnings.
+
+    Example:
+
+        >>> run = cl.simulate(cl.load_case("slider_crank", model="ideal"), turns=1)
+        >>> run.complete, run["slider"].ax.shape
+        (True, (401,))
     """
     request = _request(error, checkpoint)
     output = Output(path, channels, compression, checkpoint, pressure_fields)

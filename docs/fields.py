@@ -34,7 +34,7 @@ def table() -> list[str]:
         where = section if section.startswith("a ") else f"`[{section}]`"
         for kind in kinds:
             needs, others = [], []
-            for field, text in _described(kind):
+            for field, text in described(kind):
                 (needs if is_needed(field) else others).append(text)
             lines.append(
                 f"| {where} | `{kind.__name__}` | {'; '.join(needs)} | {'; '.join(others)} |"
@@ -42,7 +42,7 @@ def table() -> list[str]:
     return lines
 
 
-def _described(kind: type) -> Iterator[tuple[Field, str]]:
+def described(kind: type) -> Iterator[tuple[Field, str]]:
     """Fields of a kind with their names, meanings and default numbers."""
     hints = typing.get_type_hints(kind)
     for field in fields(kind):

@@ -1,7 +1,7 @@
-"""Pages that are made before the site is built: the laws by families, the cases.
+"""Pages that are made before the site is built: the interface, the laws by families, the cases.
 
-Nothing is copied by hand: laws and cases are read from the package. All other pages are those of
-the repository.
+Nothing is copied by hand: names, laws and cases are read from the package. All other pages are
+those of the repository.
 """
 
 import inspect
@@ -9,7 +9,9 @@ import re
 import shutil
 from pathlib import Path
 
-from docstrings import restructured
+import api_pages
+from docstrings import first_line, prose, restructured
+from formulas import HEAD, is_formula, latex
 
 #: folders that the forge lists, and their pages of the site
 FOLDERS = {
@@ -44,23 +46,69 @@ def contents(names: list[str]) -> str:
 
 
 def law_page() -> str:
-    """All laws by family, with their parameters and docstrings."""
+    """All laws by family: a line each, then each with formulas and parameters."""
     from clearance import laws
 
-    every = {n: getattr(laws, n) for n in sorted(laws.__all__)}
-    parts = ["# Laws", "Parameters in brackets; the kernel gives each law its state.", ""]
+    parts = ["# Laws", "", "The kernel gives each law its state. The rest are its parameters.", ""]
+    every = [getattr(laws, n) for n in sorted(laws.__all__)]
     for family in laws.FAMILIES:
-        of_family = [
-            law for law in every.values() if isinstance(law, laws.Law) and law.family is family
-        ]
+        of_family = [n for n in every if isinstance(n, laws.Law) and n.family is family]
         if not of_family:
             continue
         parts += [f"## {family.name.replace('_', ' ').capitalize()}", ""]
-        parts += [f"State: {', '.join(f'`{s}`' for s in family.state)}.", ""]
+        parts += [
+            f"State: {', '.join(f'`{s}`' for s in family.state)}.",
+            "",
+            "| law | |",
+            "|---|---|",
+        ]
+        rows = (f"| [`{n.name}`](#{n.name.replace('_', '-')}) | {_line(n)} |" for n in of_family)
+        parts += [*rows, ""]
         for law in of_family:
-            parts += ["```{eval-rst}", f".. py:function:: clearance.{law.name}({_parameters(law)})"]
-            parts += ["", *_indented(restructured(inspect.getdoc(law).splitlines())), "```", ""]
+            parts += [f"### {law.name}", "", "```{eval-rst}"]
+            parts += [f".. py:function:: clearance.{law.name}({_parameters(law)})", ""]
+            parts += [*_indented([*law_lines(law), *_table_of(law)]), "```", ""]
     return "\n".join(parts)
+
+
+def _line(law) -> str:
+    """The first sentence of a law, for a table."""
+    text = first_line(inspect.getdoc(law))
+    head = HEAD.match(text)
+    if head:
+        return f"${latex(head[1])}${head[2].rstrip('.')}".replace("|", "\\vert ")
+    return text.replace("|", "\\|")
+
+
+def law_lines(law) -> list[str]:
+    """The docstring of a law, its formulas as mathematics."""
+    lines: list[str] = []
+    for number, text in enumerate(inspect.getdoc(law).split("\n\n")):
+        paragraph = text.splitlines()
+        head = HEAD.match(" ".join(paragraph)) if number == 0 else None
+        if head:
+            lines += [f":math:`{latex(head[1])}` {prose(head[2].lstrip(' .:;,'))}", ""]
+        elif is_formula(paragraph):
+            rows = " \\\\\n".join(latex(line) for line in paragraph).splitlines()
+            lines += [".. math::", "", *(f"   {row}" for row in rows), ""]
+        else:
+            lines += [*restructured(paragraph, set(), None, True), ""]
+    return lines
+
+
+def _table_of(law) -> list[str]:
+    """Parameters of a law: unit and default."""
+    if not law.given:
+        return []
+    rows, text = [], " ".join(inspect.getdoc(law).split())
+    for name in law.given:
+        units = re.findall(rf"\b{name}\b[^\[\].;]*\[([^\]]+)\]", text)
+        default = law.parameters[name]
+        shown = "needed" if name in law.needed else "of the joint"
+        shown = shown if default in (None, inspect.Parameter.empty) else f"{default:g}"
+        rows += [f"   * - ``{name}``", f"     - {units[-1] if units else ''}", f"     - {shown}"]
+    head = ["   * - parameter", "     - unit", "     - default"]
+    return [".. list-table::", "   :header-rows: 1", "", *head, *rows, ""]
 
 
 def _parameters(law) -> str:
@@ -109,6 +157,8 @@ def write_pages(folder: Path) -> None:
     """Write all pages that are made; those of before are taken away, but for the gallery."""
     shutil.rmtree(folder / "api", ignore_errors=True)
     pages = {"api/laws.md": law_page(), "api/cases.md": case_page()}
+    pages |= {f"api/{name}.md": api_pages.page_text(name) for name in api_pages.SUBJECTS}
+    pages["api/index.md"] = api_pages.index_text()
     for name, text in pages.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -53,6 +53,13 @@ class Body(Described):
     wherever the loops close so. angular_velocity [rad/s] and velocity (of the centre of mass, m/s)
     start the motions that no drive prescribes. Where none is given, a body rests relative to the
     one that carries it; a 0 is given.
+
+    Example:
+
+        >>> pins = {"B": (-0.06, 0), "C": (0.06, 0)}
+        >>> rod = cl.Body("rod", mass="0.2 kg", inertia=3e-4, points=pins)
+        >>> rod["C"].x
+        0.06
     """
 
     name: str

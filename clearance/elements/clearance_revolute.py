@@ -65,6 +65,15 @@ class ClearanceRevolute(ClearanceJoint):
         (default half the journal radius). The diagnostics of the film use them, and so do stiffness
         and moduli that laws leave to the joint. eccentricity [m] and eccentricity_rate [m/s]: start
         values of the journal's displacement in the bearing, along the fixed axes x and y.
+
+    Example:
+
+        >>> arm = cl.Body("arm", mass=0.5, inertia=1e-3, points={"P": (0, 0.2)})
+        >>> dry = {"contact": cl.liu(restitution=0.8), "friction": cl.coulomb(coefficient=0.1)}
+        >>> sizes = {"radius": "10 mm", "clearance": "0.1 mm", "length": "20 mm"}
+        >>> scene = cl.Scene(cl.ClearanceRevolute(cl.ground, arm["P"], name="P", **sizes, **dry))
+        >>> cl.simulate(scene, until=0.1).complete
+        True
     """
 
     a: Point

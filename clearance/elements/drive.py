@@ -33,6 +33,14 @@ class Drive(Load):
     nominal: speed [rad/s] of a rotating drive without a constant one. Lengths of runs and samples
         given in turns are those of this speed. Metrics and pictures count turns of the angle
         itself.
+
+    Example:
+
+        >>> crank = cl.Body("crank", mass=0.3, inertia=1e-4)
+        >>> main = cl.Revolute(cl.ground, crank, name="A")
+        >>> scene = cl.Scene(main, cl.Drive(crank, speed="300 rpm"))
+        >>> round(scene.turn, 12)
+        0.2
     """
 
     target: Body | Revolute | Prismatic

@@ -29,6 +29,13 @@ def solve_film(
         "ring" for the drag of a filled gap, all around, or "wet" for that of the film's area.
     Raises ValueError for a mesh too coarse, an eccentricity at or beyond contact, a condition the
     solver does not have.
+
+    Example:
+
+        >>> bearing = cl.Bearing(radius=0.01, clearance=1e-4, length=0.02, viscosity=0.05)
+        >>> solution = cl.solve_film(bearing, 0.8, 0.0, cl.rpm(300))
+        >>> round(solution.load), round(solution.attitude_angle, 1)
+        (22, 0.6)
     """
     check_drag("solve_film", drag)
     if solver == "auto":

@@ -312,6 +312,13 @@ def optimize(
         there. progress: called with the share that is done.
     Raises ValueError for names and bounds that do not fit the scene, and where no design keeps the
     limits, with the one that is missed most.
+
+    Example:
+
+        >>> feeder = cl.load_case("six_bar_feeder")
+        >>> best = cl.optimize(feeder, {"clearance": "20um:100um"}, minimize="loss_mean", starts=1)
+        >>> list(best.values)
+        ['clearance']
     """
     scene = load_case(scene)
     goals = [Goal.of(g) for g in _listed(minimize)]

@@ -169,6 +169,10 @@ def fit(
         one goes on there. progress: called with the share of starts that have ended.
     Raises ValueError for records and parameters that do not fit the scene, before anything runs,
     and where no start has a run.
+
+    Example:
+
+
     """
     free = [bounded(scene, name, bounds) for name, bounds in dict(parameters).items()]
     curves = [*_curves(scene, data, channels, noise, nuisances, lowpass)]

@@ -89,6 +89,11 @@ class Lubricant(Record):
 
     pressure_viscosity: Barus coefficient alpha [1/Pa] for the diagnostics of a run (a mineral oil's
         by default).
+
+    Example:
+
+        >>> cl.Lubricant("50 cP").viscosity, round(cl.Lubricant("46 cSt@870 kg/m3").viscosity, 6)
+        (0.05, 0.04002)
     """
 
     viscosity: float = measured("Pa s", usual=(5e-6, 10.0))

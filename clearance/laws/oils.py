@@ -71,6 +71,11 @@ def oil(name: str, *, temperature: float = 40.0) -> Lubricant:
     """The oil of a grade, such as "ISO VG 46" or "SAE 30", at a temperature [C].
 
     Raises ValueError for an unknown grade, and outside -10 to 150 C.
+
+    Example:
+
+        >>> round(cl.oil("ISO VG 46", temperature=60).viscosity, 3)
+        0.017
     """
     warm = _warm(name)
     if not COLDEST <= checks.finite("oil: temperature", temperature) <= HOTTEST:

@@ -72,6 +72,12 @@ def assumptions(
     the height in the plane of motion. Other bodies count as round steel bars of their mass. settle:
     turns left out, as in `metrics`. Raises ValueError for bodies that the run does not have.
     Channels that were not stored leave their estimates out.
+
+    Example:
+
+        >>> run = cl.simulate(cl.load_case("slider_crank"), turns=2)
+        >>> bool(cl.assumptions(run))
+        True
     """
     sections = dict(sections or {})
     bodies = {b["name"] for b in record.scene["bodies"]}

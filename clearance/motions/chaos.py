@@ -347,6 +347,12 @@ def statistics(
     Raises ValueError for bad arguments, for names that the scene does not have, and for scenes
     without a turning drive or a freedom. Raises SimulationError where the motion cannot be
     continued.
+
+    Example:
+
+        >>> scene = cl.load_case("slider_crank", model="lubricated")
+        >>> cl.statistics(scene, "10%", starts=2).reached
+        True
     """
     scene = load_case(scene)
     if scene.turn is None:

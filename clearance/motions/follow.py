@@ -210,6 +210,13 @@ def follow(
     multipliers are located. Motions behind a fold are unstable as a rule; where the branch turns
     again several motions coexist. Raises ValueError for bad arguments, NotPeriodic where no
     periodic motion is met at `low`.
+
+    Example:
+
+        >>> lubricated = {"model": "lubricated"}
+        >>> branch = cl.follow("slider_crank", "speed", 30.0, 40.0, fixed=lubricated, points=3)
+        >>> len(branch.folds)
+        0
     """
     the_case, fixed = case_with(case, fixed, [parameter])
     _check(the_case, parameter, fixed, low, high, unit)

@@ -102,6 +102,12 @@ def steady(
     Raises NotPeriodic where no period is reached (a chaotic motion), or none is isolated. Raises
     NotSolved where the motion ends. Warns by `RunWarning` as `simulate`.
     Source: Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, ch. 7.
+
+    Example:
+
+        >>> orbit = cl.steady(cl.load_case("slider_crank", model="lubricated"), 1e-4)
+        >>> orbit.period, bool(abs(orbit.multipliers).max() < 1.0)
+        (1, True)
     """
     scene, (tolerance, rtol) = load_case(scene), tolerance_of(tolerance, rtol)
     period = period if period is None else checks.positive("period", period)

@@ -351,5 +351,12 @@ def _extremes_of_format_1(reader: Reader) -> Extremes:
 
 
 def open_result(path: str | Path) -> Result:
-    """Open a result file. Raises FileNotFoundError or ValueError with a clear reason."""
+    """Open a result file. Raises FileNotFoundError or ValueError with a clear reason.
+
+    Example:
+
+        >>> path = cl.simulate(cl.load_case("slider_crank"), turns=1).save("run.h5")
+        >>> cl.open_result(path).status
+        'complete'
+    """
     return Result(path)

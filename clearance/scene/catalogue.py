@@ -249,8 +249,17 @@ def case_with(
 
 
 def load_case(name: AnyCase, **values) -> Scene:
-    """The scene of a case with parameter values in SI units: by library name, path, "file.py:name",
-    or of a function. A scene without values is itself.
+    """The scene of a case.
+
+    name: library name, path, "file.py:name", or a function; a scene without values is itself.
+    values: parameters of the case, in SI or as texts with a unit.
+    Raises ValueError for cases and parameters that do not exist, and what the case raises.
+
+    Example:
+
+        >>> scene = cl.load_case("six_bar_feeder", model="dry", speed="300 rpm", joints="B,C")
+        >>> [joint.name for joint in scene.clearance_joints]
+        ['B', 'C']
     """
     if isinstance(name, Scene):
         return name if not values else find_case(name).scene(**name.parameters | values)

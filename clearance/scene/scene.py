@@ -32,6 +32,12 @@ class Scene(Celled):
         for other values of its parameters, None where none did.
     Raises ValueError naming the part for duplicate names, parts on bodies without a joint, floating
     parts.
+
+    Example:
+
+        >>> arm = cl.Body("arm", mass=0.5, inertia=1e-3, points={"P": (0, 0.2)})
+        >>> cl.Scene(cl.Revolute(cl.ground, arm["P"], name="P"), name="pendulum")
+        Scene('pendulum': 1 bodies; P:Revolute)
     """
 
     name: str

@@ -1,6 +1,7 @@
 """The one scatter call: a case and distributions in, the spread of its metrics out."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from clearance.accuracy.point_errors import Stating
@@ -42,13 +43,21 @@ def scatter(
     """Run a case with parameters that vary by chance, each by itself, and return the spread of its
     metrics.
 
-    spread: distributions by parameter, SI units, also in words: {"clearance": "normal(1e-4,
-        5e-6)"}, or a fit, {"clearance": "H7/f7"}; points: runs in all, at most; seed: the same
-        seed, the same points; limits: of metrics, whose probability of going beyond is computed,
+    spread: distributions by parameter, also in words: {"clearance": "normal(0.1mm, 5um)"}, or a
+        fit, {"clearance": "H7/f7"}; points: runs in all, at most; seed: the same seed, the same
+        points; limits: of metrics, whose probability of going beyond is computed,
         as numbers in SI or in words: "0.2mm". Their names and units are those of a run at the
         medians. channels: stored in run files (none: no files); options: of `sweep`, among them
         fixed and turns. The same call again runs only what is missing.
     Raises ValueError for wrong input, and what `sweep` raises.
+
+    Example:
+
+        >>> scene = cl.load_case("slider_crank", model="lubricated")
+        >>> laws = {"viscosity": "normal(40cP, 4cP)"}
+        >>> spread = cl.scatter(scene, laws, "machines", points=24, turns=2, workers=1)
+        >>> bool(spread.sweep.done.all())
+        True
     """
     chosen_case = find_case(case)
     laws = {
@@ -119,7 +128,8 @@ def _written(units: str | None) -> str:
 def _law(case: Case, name: str, text: str, options: Mapping) -> Distribution:
     if case.takes_fit(name, text):
         return of_fit(case.fit(name, text, options.get("fixed") or {}))
-    law = from_words(text)
+    about = case.parameters.get(name)
+    law = from_words(text, partial(quantity, units=about and about.units))
     if law is None:
         raise ValueError(
             f"{name}: {text!r} is no distribution; there are {', '.join(DISTRIBUTIONS)}"

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, repeat
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from clearance.values import checks
-from clearance.values.units import written
+from clearance.values.units import labelled, unit_in, written
 
 KINDS = ("latin", "random")
 Axis = tuple[str, ...]
@@ -81,16 +81,19 @@ class Points:
         drawn = self.sampled or other.sampled
         return Points(columns, self.axes + other.axes, drawn, self.units | other.units)
 
-    def typed(self, kinds: dict[str, type]) -> "Points":
-        """Values of the kinds that the case declares; drawn integers are rounded.
+    def typed(self, parameters: Mapping) -> "Points":
+        """Values of the kinds that the case declares; drawn integers are rounded, texts with units
+        are numbers.
 
-        Raises ValueError for what is no such value.
+        parameters: of the case, by name. Raises ValueError for what is no such value.
         """
         columns = {
-            n: tuple(plain(n, v, kinds[n], self.sampled) for v in vs)
+            n: tuple(plain(parameters[n], v, self.sampled) for v in vs)
             for n, vs in self.columns.items()
         }
-        return replace(self, columns=columns)
+        texts = {n: vs[0] for n, vs in self.columns.items() if vs and isinstance(vs[0], str)}
+        units = {n: u for n, v in texts.items() if columns[n][0] != v and (u := unit_in(v))}
+        return replace(self, columns=columns, units=units | self.units)
 
 
 def in_words(values: dict[str, object], units: dict[str, str]) -> str:
@@ -115,11 +118,14 @@ def spread_out(columns: dict[str, tuple], axes: tuple[tuple[Axis, int], ...]) ->
     return spread
 
 
-def plain(name: str, value: Any, kind: type, drawn: bool = False) -> Any:
-    """A value of this kind: 10 for a float is 10.0, so that it is the same point however it was
-    written.
+def plain(parameter: Any, value: Any, drawn: bool = False) -> Any:
+    """A value of a parameter of a case: 10 for a float is 10.0, and "0.1 mm" is 1e-4, so that it is
+    the same point however it was written.
     """
+    name, kind = parameter.name, parameter.kind
     value = value.item() if hasattr(value, "item") else value
+    if kind is float and isinstance(value, str):
+        value = parameter.value(value)
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if kind is float and number:
         return checks.finite(name, float(value))
@@ -161,6 +167,12 @@ def grid(**values) -> Points:
     clearance=np.geomspace(...))`.
 
     Raises ValueError for an empty range, a value that stands twice or is not finite.
+
+    Example:
+
+        >>> points = cl.grid(speed=[20.0, 30.0], clearance=[1e-5, 2e-5])
+        >>> len(points), points[1]
+        (4, {'speed': 20.0, 'clearance': 2e-05})
     """
     points = ONE
     for name, entries in values.items():
@@ -173,6 +185,11 @@ def zipped(**values) -> Points:
     """Lists of the same length that go together: the first of each, then the second of each.
 
     Raises ValueError for none, and for lists of different lengths.
+
+    Example:
+
+        >>> cl.zipped(speed=[20.0, 30.0], clearance=[1e-5, 2e-5])[1]
+        {'speed': 30.0, 'clearance': 2e-05}
     """
     if not values:
         raise ValueError("zipped: give lists of at least one value")
@@ -196,6 +213,11 @@ def sampled(count: int, *, kind: str = "latin", seed: int = 0, **ranges) -> Poin
     kind: "latin" (Latin hypercube: each parameter is spread evenly) or "random"; seed: the same
         seed, the same points. A list in place of a range is drawn from evenly.
     Raises ValueError for bad ranges.
+
+    Example:
+
+        >>> len(cl.sampled(8, clearance=(1e-5, 1e-4, "log")))
+        8
     """
     from scipy.stats import qmc
 
@@ -238,7 +260,7 @@ class _Range:
                 f'{name}: expected (low, high) or (low, high, "log") or a list to draw from, got '
                 f"{bounds!r}"
             )
-        low, high = checks.finite(name, bounds[0]), checks.finite(name, bounds[1])
+        low, high = (checks.finite(name, labelled(name, end, ())) for end in bounds[:2])
         if not low < high:
             raise ValueError(f"{name}: the range from {low:g} to {high:g} is empty")
         if len(bounds) == 3 and low <= 0.0:

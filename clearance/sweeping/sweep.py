@@ -141,6 +141,13 @@ def sweep(
     Raises ValueError or TypeError for wrong input before anything runs, also where the folder holds
     another sweep or is in use. Raises SweepError where it cannot go on (a full disk, workers that
     all die). A point that fails is no error: see `status` and `reason` of the sweep.
+
+    Example:
+
+        >>> points = cl.grid(speed=["200 rpm", "300 rpm"], model=["ideal", "lubricated"])
+        >>> swept = cl.sweep("slider_crank", points, "map", turns=2, workers=1)
+        >>> swept.metrics["joint_C_force_max"].shape
+        (4,)
     """
     if life is not None:
         options, channels = _of_lives(life, channels, settle, metrics, options), ()
@@ -240,15 +247,14 @@ def define(case, points, fixed, channels, compression, settle, metrics, options)
     filters(compression)
     if isinstance(channels, str):
         raise TypeError(f"channels: {LISTED}, got the text {channels!r}; [] writes no run files")
-    kinds = {n: p.kind for n, p in parameters.items()}
     if settle is not None:
         settle = checks.non_negative("settle", settle)
     return Definition(
         case=chosen.name,
         path=chosen.reference,
         source=chosen.source,
-        points=points.typed(kinds),
-        fixed={n: plain(n, v, kinds[n]) for n, v in fixed.items()},
+        points=points.typed(parameters),
+        fixed={n: plain(parameters[n], v) for n, v in fixed.items()},
         options={n: _option(n, v) for n, v in options.items() if v is not None},
         keep=None if channels is None else tuple(channels),
         compression=compression,

@@ -136,6 +136,12 @@ def fit_class(name: str, diameter: float | str | None = None) -> FitClass:
 
     Raises ValueError for other classes than H with shafts c to s of grades 5 to 11, for a diameter
     above 500 mm, and for a fit with interference.
+
+    Example:
+
+        >>> fit = cl.fit_class("H7/f7", "20 mm")
+        >>> round(fit.smallest * 1e6, 1), round(fit.largest * 1e6, 1)
+        (10.0, 31.0)
     """
     match = _CLASS.match(name)
     if match is None:

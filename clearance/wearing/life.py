@@ -181,6 +181,12 @@ def wear(
         6 turns".
     Raises ValueError for bad input, for a directory of another life, and where a joint is worn
     through.
+
+    Example:
+
+        >>> life = cl.wear("wear_a", turns=2, directory="worn")
+        >>> life.done
+        True
     """
     plan = Plan(
         turns=float(turns),

@@ -164,7 +164,10 @@ def comments(code: str) -> list[str]:
 
 
 def definitions(text: str) -> Iterator[str]:
-    """Paragraphs of a docstring or comment, each `name: text` apart, equations left out."""
+    """Paragraphs of a docstring or comment, each `name: text` apart, equations and examples left
+    out.
+    """
+    text = text.partition("\nExample:")[0]
     text = re.sub(r"^(?=\w[\w, *]*: )", "\n", text, flags=re.MULTILINE)
     prose = [line for line in text.splitlines() if not EQUATION.search(line)]
     for paragraph in paragraphs("\n".join(prose)):

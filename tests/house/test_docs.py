@@ -1,5 +1,6 @@
 """The site: its sources are complete, its code runs. test_install.py builds it."""
 
+import inspect
 import re
 import subprocess
 import sys
@@ -70,6 +71,62 @@ def test_pages_below_a_page_and_folders(pages):
     pages.read_page(None, "tests/benchmarks/README", source)
     contents = "```{toctree}\n:hidden:\n\na\nb\n```"
     assert source == [f"[b](../../paper_figures/README.md)\n{contents}"]
+
+
+def test_users7_every_public_name_is_on_a_page(pages):
+    """Each once, with a sentence; laws on theirs. Members have a sentence too."""
+    import api_pages
+
+    texts = {page: api_pages.page_text(page) for page in api_pages.SUBJECTS}
+    entries = [p for paths in api_pages.names().values() for p in paths]
+    public = {f"clearance.{n}" for n in cl.__all__ if not inspect.ismodule(getattr(cl, n))}
+    of_laws = {f"clearance.{n}" for n in laws.__all__ if isinstance(getattr(laws, n), laws.Law)}
+    assert {*entries} >= public - of_laws - {"clearance.FAMILIES"}
+    assert len(entries) == len({*entries})
+    empty = [line for text in texts.values() for line in text.splitlines() if "` |  |" in line]
+    assert empty == []
+    assert "`ax`" not in texts["results"]
+    assert "<Sweep.view>" not in texts["sweeps"]
+
+
+def test_users8_fields_of_functions(pages):
+    """Returns and Raises of a function are fields, and its parameters have defaults."""
+    import docstrings
+
+    for name in ("simulate", "sweep", "steady", "optimize", "fit", "load_case"):
+        thing = getattr(cl, name)
+        lines = inspect.getdoc(thing).splitlines()
+        docstrings.as_restructured_text(None, "function", name, thing, None, lines)
+        text = "\n".join(lines)
+        assert re.search(r"^:returns: ", text, re.MULTILINE), name
+        assert re.search(r"^:raises ValueError", text, re.MULTILINE), name
+        assert re.search(r"^:param ", text, re.MULTILINE), name
+    assert ":param rtol: (default ``1e-06``)" in text or "rtol" not in text
+
+
+@pytest.mark.parametrize(
+    ("text", "formula"),
+    [
+        ("F = K delta^1.5 [N]", "F = K \\delta ^{1.5} \\quad\\text{[N]}"),
+        ("f_s = sqrt(2 (a + b)) / 3", "f_{s} = \\sqrt{2 (a + b)} / 3"),
+        ("x' <= -mu_k", "x' \\le -\\mu _{k}"),
+        ("P0 = 6 [w eps (s - s_l)]", "P_{0} = 6 [w \\varepsilon (s - s_{l})]"),
+    ],
+)
+def test_users9_formulas_are_mathematics(pages, text, formula):
+    """Powers, roots, indices, signs and units; brackets stay brackets."""
+    assert pages.latex(text) == formula
+
+
+def test_users9_laws_have_their_formulas(pages):
+    """Each law with an equation of its own has it as mathematics, its braces closed."""
+    text = pages.law_page()
+    every = re.findall(r":math:`(.*?)`|\.\. math::\n\n((?:      .*\n)+)", text)
+    assert len(every) >= 50
+    for one in map("".join, every):
+        assert one.count("{") == one.count("}"), one
+    bare = [n for n in ("hertz", "flores", "short_film", "lugre", "archard") if n not in text]
+    assert bare == []
 
 
 def test_every_law_and_case_is_listed(pages):

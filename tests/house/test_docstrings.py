@@ -3,6 +3,7 @@ sentence.
 """
 
 import ast
+import doctest
 import inspect
 import re
 from pathlib import Path
@@ -105,3 +106,24 @@ def test_no_docstring_begins_with_a_question():
     assert len(paths) > 200
     questions = [(p.name, n) for p in paths for n, d in documented(p) if QUESTIONS.match(d)]
     assert questions == []
+
+
+EXAMPLES = {name: thing for name, thing in PUBLIC.items() if ">>>" in (thing.__doc__ or "")}
+
+
+@pytest.mark.parametrize("name", sorted(EXAMPLES))
+def test_users8_examples_run(name, tmp_path, monkeypatch):
+    """The example of a docstring has the printed results."""
+    monkeypatch.chdir(tmp_path)
+    example = doctest.DocTestParser().get_doctest(EXAMPLES[name].__doc__, {"cl": cl}, name, name, 0)
+    runner = doctest.DocTestRunner()
+    printed: list[str] = []
+    runner.run(example, out=printed.append)
+    assert runner.failures == 0, "".join(printed)
+
+
+def test_users8_the_most_used_names_have_examples():
+    """Twenty names at least, among them those that a first session uses."""
+    used = {"simulate", "load_case", "open_result", "sweep", "grid", "Scene", "Body", "Drive"}
+    assert len(EXAMPLES) >= 20
+    assert used <= EXAMPLES.keys()

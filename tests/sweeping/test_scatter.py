@@ -297,7 +297,7 @@ def test_rounding_is_no_result():
     [
         ("joint_C_gap_min=3N", "limit of joint_C_gap_min: '3N' is in N, expected m"),
         ("joint_C_gap_min=3N*m", "this metric is in m, such as 2 m"),
-        ("drive_crank_torque_max=11N*m", "this metric is in N m, such as 2 N m"),
+        ("drive_crank_torque_max=11N/s", "this metric is in N m, such as 2 N m"),
         ("joint_C_gap_mim=3um", "no metric 'joint_C_gap_mim' (did you mean joint_C_gap_min"),
     ],
 )

@@ -550,12 +550,17 @@ def test_a_full_disk_at_the_journal_takes_nothing_of_a_line(tmp_path):
 
 
 def test_values_are_the_same_however_they_are_written(copy):
-    """Integers and floats are one point; words are refused."""
+    """Integers, floats and texts with units are one point; words are refused."""
     before = (copy / "journal.jsonl").read_bytes()
-    points = cl.grid(speed=[20, 30], clearance=[1e-4, 2e-4, 3e-4])
-    assert sweeping(points, copy, turns=2, samples_per_turn=50.0).done.all()
-    assert (copy / "journal.jsonl").read_bytes() == before
-    with pytest.raises(ValueError, match="speed: expected a float, got 'fast'"):
+    for clearance in ([1e-4, 2e-4, 3e-4], ["0.1 mm", "200um", 3e-4]):
+        points = cl.grid(speed=[20, 30], clearance=clearance)
+        assert sweeping(points, copy, turns=2, samples_per_turn=50.0).done.all()
+        assert (copy / "journal.jsonl").read_bytes() == before
+    for ends in ((1e-5, 1e-4), ("10um", "0.1 mm")):
+        assert cl.sampled(4, clearance=ends)[1] == cl.sampled(4, clearance=(1e-5, 1e-4))[1]
+    with pytest.raises(ValueError, match="speed: '1mm' is in m, expected rad/s"):
+        cl.sweep(CASE, cl.grid(speed=["1mm"]), copy, **OPTIONS)
+    with pytest.raises(ValueError, match="speed: 'fast' is not a number with an optional unit"):
         cl.sweep(CASE, cl.grid(speed=["fast"]), copy, **OPTIONS)
 
 
