@@ -34,20 +34,19 @@ def draw(work: workshop.Workshop) -> None:
 
 
 def picture(life: cl.Life):
-    """Depth over turns, its distance from the closed form, last outline and arc, N over F."""
+    """Depth over turns, the closed form above it, last outline less its arc, N over F."""
     figure = figures.sheet(11.0, 7.4)
     depth, form, error = (1e6 * v for v in (deepest(life), life.closed_form(JOINT), life.error))
     (top, apart), (ring, ratio) = figure.subplots(2, 2)
-    top.plot(life.turns, depth, "o-", ms=3, color="C0", label="dynamics and jumps")
-    top.plot(life.turns, form, "k--", lw=1.0, label="closed form, first load path")
-    figures.finish(top, "largest depth [µm]", "turns")
+    top.plot(life.turns, depth, "o-", ms=3, color="C0")
+    figures.finish(top, "largest depth [µm]", "turns", legend=False)
     apart.plot(life.turns[1:], form[1:] - depth[1:], "o-", ms=3, color="C3", label="closed form")
     apart.fill_between(life.turns, -error, error, color="C0", alpha=0.3, label="stated error")
     figures.finish(apart, "above the dynamics [µm]", "turns")
     angle, worn, arc = outline(life)
-    ring.plot(angle, 1e6 * worn, color="C0", label="worn outline")
-    ring.plot(angle, 1e6 * arc, "k--", lw=1.0, label="Dufrane's arc of that depth")
-    figures.finish(ring, "depth [µm]", "angle from the deepest place [deg]")
+    ring.plot(angle, 1e6 * (worn - arc), color="C0")
+    text = "outline less Dufrane's arc [µm]"
+    figures.finish(ring, text, "angle from the deepest place [deg]", legend=False)
     ratio.plot(life.turns, load_over_force(life), "o-", ms=3, color="C2")
     figures.finish(ratio, "normal load over force, by wear [-]", "turns")
     figure.suptitle("wear_a, joint B: a PTFE bushing on a steel pin")

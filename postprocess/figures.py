@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib import colormaps, rc_context
 from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_hex
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch
@@ -301,6 +301,8 @@ def _columns(figure: Figure, names: Collection[str]) -> int:
 
 #: lightness rises along it, so that it reads in grey too
 COLOURS = "viridis"
+#: the same without its lightest part, which lines on white paper lack contrast in
+OF_LINES = ListedColormap(colormaps[COLOURS](np.linspace(0.0, 0.85, 256)))
 #: largest over smallest value from which colours and axes are logarithmic
 FAR_APART = 30.0
 #: most integers that have a colour each
@@ -367,8 +369,8 @@ def bar_of_values(figure: Figure, axes, values: np.ndarray, log: bool, label: st
     more: of the bar.
     """
     norm = (LogNorm if log else Normalize)(values.min(), values.max())
-    colour_bar(figure, ScalarMappable(norm, COLOURS), axes, label, **{"aspect": 40} | more)
-    return list(colormaps[COLOURS](norm(values)))
+    colour_bar(figure, ScalarMappable(norm, OF_LINES), axes, label, **{"aspect": 40} | more)
+    return list(OF_LINES(norm(values)))
 
 
 def plain_decades(axis, low: float, high: float, most: int = 10) -> None:

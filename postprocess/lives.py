@@ -8,11 +8,14 @@ import numpy as np
 from clearance.postprocess import figures
 from clearance.postprocess.channels import angle_at
 from clearance.postprocess.drawing import period
+from clearance.postprocess.labels import shown_in
 
 from clearance.results.result import open_result
 from clearance.wearing.life_record import Life
 
 ANGLE = np.deg2rad(np.arange(361))
+#: units of the wear of a turn, by its size [m]
+WEAR = {"m": ((1e-6, "µm", 1e6), (1e-9, "nm", 1e9), (0.0, "pm", 1e12))}
 #: metrics that are drawn over the turns, where runs have them: end of the name, words, unit
 OVER_LIFE = (
     ("position_deviation_max", "distance from the ideal motion", "m"),
@@ -155,9 +158,10 @@ def _rates(axes, one: Life, joint: str, surface: str, colours: list) -> None:
     middle = int(rate[-1].argmax())
     half = min(180, int(np.abs(_beside(rate.max(axis=0), middle)).max()) + 15)
     shown = np.arange(-half, half) + middle
+    unit, factor = shown_in("m", [float(rate.max())], WEAR)
     for i in _some(one):
-        axes.plot(shown, 1e9 * rate[i][shown % 360], color=colours[i], lw=1.0)
-    figures.finish(axes, "wear of a turn [nm]", f"angle of the {surface} [deg]")
+        axes.plot(shown, factor * rate[i][shown % 360], color=colours[i], lw=1.0)
+    figures.finish(axes, f"wear of a turn [{unit}]", f"angle of the {surface} [deg]")
 
 
 def _beside(values: np.ndarray, middle: int) -> np.ndarray:

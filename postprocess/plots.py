@@ -26,8 +26,11 @@ from clearance.results.result import Result
 from clearance.values.spots import THRESHOLDS
 
 TIME = "time [s]"
+LEDGER = "kinetic energy [J]", "energy residual [J]"
 #: share of the samples, at either end of their range, that may be lone peaks
 LONE = 0.01
+#: turns that curves are drawn over, of a run that has more than twice as many
+LAST = 2
 #: states of a mixed joint and their colours
 STATES = {"full film": "tab:blue", "mixed": "tab:orange", "dry": "tab:red"}
 ARC = np.radians(3.0)  # largest step of a drawn path along the wall [rad]
@@ -47,7 +50,8 @@ def overview(result: Record, path: str | Path, *, settle: float | None = None) -
     losses instead.
     settle: turns of the start-up (seconds, where nothing turns; default one of two or more). It is
         shaded, and axes are those of the motion after it; peaks that lie far beyond all other
-        samples are marked at the edge. Dots: located extremes.
+        samples are marked at the edge. Dots: located extremes. Of more than four turns the curves
+        of motion, drive and forces have the last two.
     Raises ValueError for a settle that is negative or not finite.
     """
     clearance_joints = _with_paths(result)
@@ -58,6 +62,7 @@ def overview(result: Record, path: str | Path, *, settle: float | None = None) -
         else _page(result, clearance_joints[:3])
     )
     _settled_axes(figure, Window.of(result, settle))
+    _last_turns(figure, result)
     figure.suptitle(
         textwrap.fill(": ".join(filter(None, (result.attributes["case"], title(result)))), 110)
     )
@@ -85,6 +90,18 @@ def _settled_axes(figure, window: Window | None) -> None:
             _mark_peaks(axes, begin)
         if begin:
             axes.axvspan(0.0, begin, color="0.9", lw=0, zorder=0)
+
+
+def _last_turns(figure, result: Record) -> None:
+    """Curves of many turns in their last ones; the energy ledger has all."""
+    end, turn = float(result.time[-1]), result.turn
+    turns = (end - float(result.time[0])) / turn if turn else 0.0
+    if turns <= 2 * LAST + 1e-9:
+        return
+    for axes in figure.axes:
+        if axes.get_xlabel() == TIME and axes.get_ylabel() not in LEDGER:
+            axes.set_xlim(end - LAST * turn, end)
+            axes.set_xlabel(f"{TIME}, the last {LAST} of {turns:.4g} turns")
 
 
 def _without_peaks(values: np.ndarray) -> tuple[float, float]:
@@ -259,15 +276,24 @@ def _on_ground(joint: dict) -> bool:
 
 
 def _mark(result: Record, axes, paths: dict[str, str]) -> None:
-    """Dots at the located extremes of curves: label of a curve -> its path."""
-    for curve in axes.lines:
+    """Dots at the located extremes of curves, which lead there: label of a curve -> its path."""
+    for curve in list(axes.lines):
         path = paths.get(curve.get_label())
         for name in (f"{path}_min", f"{path}_max"):
             if result.located is None or name not in result.located:
                 continue
             column = result.located.columns[name]
             times, values = result.located.times[:, column], result.located.values[:, column]
+            curve.set_data(*_through(*curve.get_data(), times, values))
             axes.plot(times, values, "o", ms=2.5, color=curve.get_color())
+
+
+def _through(x: np.ndarray, y: np.ndarray, times: np.ndarray, values: np.ndarray):
+    """A curve (x, y) that also passes through points between its samples."""
+    inside = np.isfinite(values) & (times >= x[0]) & (times <= x[-1])
+    x, y = np.append(x, times[inside]), np.append(y, values[inside])
+    order = np.argsort(x, kind="stable")
+    return x[order], y[order]
 
 
 def drive(result: Result, axes) -> None:
@@ -315,12 +341,12 @@ def energy(result: Result, axes) -> None:
     integrated.
     """
     line(axes, result.time, result.energy.kinetic, color="tab:gray", label="kinetic energy")
-    finish(axes, "kinetic energy [J]")
+    finish(axes, LEDGER[0])
     if "energy/residual" not in result:
         return
     right = axes.twinx()
     line(right, result.time, result.energy.residual, color="tab:red")
-    right.set_ylabel("energy residual [J]", color="tab:red")
+    right.set_ylabel(LEDGER[1], color="tab:red")
 
 
 def orbit(result: Result, joint: str, axes) -> None:

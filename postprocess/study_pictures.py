@@ -189,7 +189,7 @@ def stated_against_true(rows, path: str | Path) -> Path:
             f"{KINDS.get(kind, kind)}: {np.mean(stated >= true):.1%} of {len(mine)} covered",
             fontsize=10,
         )
-        axes.set_xlabel("true error")
+        axes.set_xlabel("true error, relative [-]")
         axes.grid(True, which="major", color="0.9")
         axes.text(
             0.97,
@@ -204,5 +204,5 @@ def stated_against_true(rows, path: str | Path) -> Path:
             axes.tick_params(labelleft=False)
     first.set_xlim(low, high)
     first.set_ylim(low, high)
-    figure.axes[0].set_ylabel("stated error")
+    figure.axes[0].set_ylabel("stated error, relative [-]")
     return saved(figure, path)

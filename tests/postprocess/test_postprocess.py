@@ -1,5 +1,7 @@
 """First pictures: made from a file alone, for every kind of scene, with no peak lost."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from clearance.postprocess import figures, plots
@@ -40,6 +42,30 @@ def test_thinning_keeps_peaks():
     assert len(line.get_xdata()) <= 2 * figures.POINTS
     assert (line.get_ydata().max(), line.get_ydata().min()) == (5.0, -7.0)
     assert (np.diff(line.get_xdata()) >= 0).all()
+
+
+def test_users26_curves_of_many_turns_have_the_last_two():
+    """Of twelve turns, at the axis and in words; the energy ledger has all."""
+    figure = figures.sheet(4.0, 3.0)
+    force, ledger = figure.subplots(2)
+    for axes, label in ((force, "force [N]"), (ledger, plots.LEDGER[0])):
+        axes.plot([0.0, 12.0], [0.0, 1.0])
+        figures.finish(axes, label)
+    run = SimpleNamespace(time=np.linspace(0.0, 12.0, 5), turn=1.0)
+    before = ledger.get_xlim()
+    plots._last_turns(figure, run)
+    assert force.get_xlim() == (10.0, 12.0)
+    assert force.get_xlabel() == "time [s], the last 2 of 12 turns"
+    assert ledger.get_xlim() == before
+
+
+def test_users26_curves_lead_to_the_dots_of_extremes():
+    """A peak between two samples is a point of the curve, in order."""
+    x, y = plots._through(
+        np.array([0.0, 1.0]), np.zeros(2), np.array([0.4, np.nan]), np.array([30.0, np.nan])
+    )
+    assert x.tolist() == [0.0, 0.4, 1.0]
+    assert y.tolist() == [0.0, 30.0, 0.0]
 
 
 def time_panel(peak: float):
