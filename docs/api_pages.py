@@ -21,7 +21,7 @@ SUBJECTS = {
     "running": ("Running", ["simulation", "run", "motions"]),
     "results": ("Results", ["results", "metrics", "postprocess"]),
     "sweeps": ("Sweeps", ["sweeping"]),
-    "studies": ("Lives, fits and optima", ["wearing", "identify", "studies"]),
+    "studies": ("Lives, fits, optima, exports", ["wearing", "identify", "studies", "exporting"]),
     "films": ("Films", ["film"]),
     "own_laws": ("Tools for laws", ["laws"]),
     "units": ("Units", ["values.units"]),
