@@ -157,6 +157,16 @@ def test_docstrings_become_fields_and_literals(pages, lines, wanted):
 
 
 # --- what is written by hand
+def test_users38_the_gallery_has_what_the_pages_promise():
+    """Twenty mechanisms and more, each with a title, a text and a picture of its own."""
+    for page in ("README.md", "docs/index.md"):
+        assert f"{len(GALLERY)} mechanisms" in TEXT[page]
+    assert len(GALLERY) > 20
+    for path in GALLERY:
+        assert re.match(r'"""\n[^\n]+\n=+\n\n\w', path.read_text()), path.name
+        assert re.search(r"^(\w+\.)*plot[.(]|^torque_over_angle\(", path.read_text(), re.MULTILINE)
+
+
 def test_contributing_has_the_sentences_of_all_folders():
     """As `python docs/street.py` writes them."""
     import street
