@@ -11,6 +11,8 @@ COMMANDS = {
     "dataset": "labelled records of a case, with the noise of a sensor",
     "wear": "life of a mechanism whose joints wear: stages of turns, and jumps between them",
     "plot": "pictures of run files and sweeps",
+    "table": "a run as CSV, for MATLAB, as a LaTeX table, or its sources as BibTeX",
+    "diff": "numbers of two runs, their changes and errors, and what the runs do not share",
     "report": "one HTML file about a run or a sweep, that needs nothing else",
     "view": "a page that moves, of runs or of a sweep, in one HTML file",
     "export": "a case as C source, or as a unit (FMU) of other people's models",

@@ -19,6 +19,7 @@ MORE_UNITS = {
     "mm/s2": ("m/s2", 1e-3),
     "turns": ("rad", 2.0 * math.pi),
     "°": ("rad", math.pi / 180.0),
+    **{unit: (unit, 1.0) for unit in ("rad/s2", "m3/s", "m3", "A", "V")},
 }
 ALL_UNITS = UNITS | MORE_UNITS
 #: names of the column that a record runs along, and its SI unit

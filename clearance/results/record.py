@@ -5,8 +5,10 @@ import json
 import math
 from abc import ABC, abstractmethod
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -14,7 +16,7 @@ from clearance.results.errors import Error, Errors
 from clearance.results.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
 from clearance.results.integrals import Integrals
 from clearance.results.run_warning import counted
-from clearance.values.accessors import Drawn
+from clearance.values.accessors import Drawn, accessor
 from clearance.values.spelling import as_path
 
 #: the transition of before 0.3 with which contact begins with a touch
@@ -458,6 +460,31 @@ class Record(Drawn, ABC):
     def _about(self, path: str) -> dict[str, str]:
         """Attributes of a channel in a dataset."""
         return {"units": self.units(path)}
+
+    def to_csv(self, path: str | Path, channels: Sequence[str] | None = None) -> Path:
+        """Write channels along time as CSV, with units in the heads: `cl.fit` and `cl.compare` read
+        it. channels: paths or patterns, default all. Raises ValueError for one that is not stored.
+        """
+        return accessor("to_csv")(self, path, channels)
+
+    def to_mat(self, path: str | Path, channels: Sequence[str] | None = None) -> Path:
+        """Write channels, their units and the metrics for MATLAB: `load` gives bodies.slider.ax.
+
+        channels: as in `to_csv`. Raises ValueError for one that is not stored.
+        """
+        return accessor("to_mat")(self, path, channels)
+
+    def to_latex(self, path: str | Path | None = None, metrics: Sequence[str] | None = None) -> str:
+        """A LaTeX table of the metrics with their stated errors, written where a path is given.
+
+        metrics: names or patterns, such as "joint_B_*", default all. Raises ValueError for one that
+        the run does not have.
+        """
+        return accessor("to_latex")(self, path, metrics)
+
+    def citations(self) -> str:
+        """BibTeX of what the run used: clearance, laws of the scene, the integrator."""
+        return accessor("citations")(self)
 
     @property
     def energy(self) -> Channels:

@@ -33,6 +33,7 @@ ONLY_IN = {
     "skfem": {"clearance.film.fem"},
     "scipy": {
         "clearance.metrics.statistics",
+        "clearance.metrics.tables",
         "clearance.studies.peers",
         "clearance.film.fem",
         "clearance.sweeping.points",
@@ -194,6 +195,7 @@ def test_what_draws_results_is_named_at_the_top_only():
 
     assert set(ACCESSORS) == {
         *("plot", "report", "view", "cell", "ideal_turn"),
+        *("to_csv", "to_mat", "to_latex", "citations"),
         *(f"{verb}_{noun}" for verb in ("plot", "report") for noun in ("fit", "optimum")),
     }
     named = [n for n in ACCESSORS.values() for p in MODULES if n in p.read_text()]

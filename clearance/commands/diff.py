@@ -1,0 +1,45 @@
+"""`clearance diff`: two runs side by side."""
+
+import argparse
+from fnmatch import fnmatchcase
+
+from clearance.commands.common import DONE, add_command, existing, json_text
+from clearance.files.texts import listed
+
+
+def add(commands) -> argparse.ArgumentParser:
+    """The command and its options."""
+    p = add_command(commands, "diff")
+    p.add_argument("first", metavar="A.h5", help="a result file")
+    p.add_argument("second", metavar="B.h5", help="another one")
+    p.add_argument("--metrics", metavar="LIST", help='only these: "joint_B_*" (default all)')
+    return p
+
+
+def run(options) -> int:
+    """Print what both runs do not share, then the numbers that both have."""
+    from clearance.metrics.tables import changed_facts, differences
+    from clearance.results.result import open_result
+
+    with open_result(existing(options.first)) as one, open_result(existing(options.second)) as two:
+        facts, rows = list(changed_facts(one, two)), differences(one, two)
+    if options.metrics:
+        patterns = listed(options.metrics)
+        rows = [r for r in rows if any(fnmatchcase(r.name, p) for p in patterns)]
+    if options.json:
+        about = [vars(r) | {"change": r.change, "beyond_errors": r.beyond} for r in rows]
+        facts = [{"name": n, "first": a, "second": b} for n, a, b in facts]
+        print(json_text({"facts": facts, "metrics": about}))
+        return DONE
+    lines = [f"  {name}: {first} | {second}" for name, first, second in facts]
+    print("\n".join(["not shared:", *lines] if lines else ["the runs share scene and options"]))
+    print(f"{'number':<40} {'A':>13} {'B':>13} {'B - A':>12} {'share':>9} {'errors':>9}")
+    for r in rows:
+        share = f"{100.0 * r.relative:+8.3g}%" if r.first else "       -"
+        errors = "" if r.errors is None else f"{r.errors:9.1e}"
+        mark = "" if r.beyond else " within errors" if r.errors else " the same"
+        print(
+            f"{r.name:<40} {r.first:13.6g} {r.second:13.6g} {r.change:12.4g} {share} {errors:>9}"
+            f" {'' if r.units in ('-', '1') else r.units}{mark}"
+        )
+    return DONE
