@@ -90,7 +90,8 @@ def source(model: Model) -> str:
     """Kernels, tables and numbers."""
     layout, programs = model.layout, model.programs
     functions = dict.fromkeys(f for p in programs.values() for f in p.functions)
-    functions |= dict.fromkeys(called(model.direction))
+    if model.has_slopes:
+        functions |= dict.fromkeys(called(model.direction))
     comments = {f"par[{i}]": name for name, i in layout.parameters.items()}
     slots = programs["rhs"].slots
     writer = CWriter(list(functions), slots, comments)
@@ -112,9 +113,10 @@ def source(model: Model) -> str:
     first = len(layout.spots)
     shifted = {i - first: v for i, v in commit.items()}
     lines += writer.kernel("commit", shifted, derived, layout.commits)
-    along = dict(enumerate(model.direction))
-    head = KERNEL.replace("double *out", "const double *dy, double *out")
-    lines += writer.kernel("direction", along, lambda n: n in slots, len(along), head)
+    if model.has_slopes:
+        along = dict(enumerate(model.direction))
+        head = KERNEL.replace("double *out", "const double *dy, double *out")
+        lines += writer.kernel("direction", along, lambda n: n in slots, len(along), head)
     lines += _derivation(model, slots)
     title = TITLE % f"Kernels of {model.scene.name}."
     head = [title, "#include <math.h>", '#include "model.h"', ""]
@@ -171,6 +173,13 @@ def _facts(model: Model) -> Iterable[str]:
     order = [n.name for n in model.numbers]
     number = layout.parameters
     yield integers("drive_start", (number[f"{d.key}/start"] for d in model.driven))
+    speeds = [n for n in model.inputs if n.name in model.speeds]
+    inputs = [*speeds, *(n for n in model.inputs if n not in speeds)]
+    yield integers("input_order", (inputs.index(n) for n in model.inputs))
+    yield integers("input_place", (number[n.name] for n in inputs))
+    sizes = [*mechanism.scale, *[mechanism.energy] * (layout.length - layout.states)]
+    sizes += [1.0] * len(model.driven) + [abs(n.value) or 1.0 for n in inputs]
+    yield numbers("direction_size", sizes)
     yield integers("drive_speed", (order.index(f"{d.key}/speed") for d in model.driven))
     rodas = ("A", "C", "H")
     for name in (*rodas, "D", "NODES"):
@@ -182,7 +191,8 @@ def _facts(model: Model) -> Iterable[str]:
 def files(model: Model) -> dict[str, str]:
     """Names and texts of all files that the model needs."""
     written = {"model.h": header(model), "model.c": source(model)}
-    return written | {name: (RUNTIME / name).read_text(encoding="utf-8") for name in COMMON}
+    names = COMMON if model.has_slopes else (*COMMON, "differences.c")
+    return written | {name: (RUNTIME / name).read_text(encoding="utf-8") for name in names}
 
 
 def write_c(model: Model, folder: str | Path) -> Path:

@@ -263,6 +263,11 @@ class Model:
         names = {n.name for n in self.inputs}
         return [d for d in self.scene.drives if f"{d.key}/speed" in names]
 
+    @property
+    def speeds(self) -> list[str]:
+        """Names of the inputs that are speeds of drives."""
+        return [f"{d.key}/speed" for d in self.driven]
+
     @cached_property
     def changing(self) -> set[str]:
         """Names of numbers that may change at any time."""
@@ -306,13 +311,17 @@ class Model:
         starts = {self._leaf(f"par[{places[f'{d.key}/start']}]") for d in self.driven}
         return any(n in starts for n in live(self.programs["rhs"].slots))
 
+    @property
+    def has_slopes(self) -> bool:
+        """False where friction is solved for by iteration: derivatives of outputs would be long."""
+        return not self.mechanism.structure.iterates
+
     @cached_property
     def direction(self) -> list[Value]:
         """Derivatives of the rates and of the outputs along dy, then of drive angles and inputs."""
         trace, place, layout = self._kernel_trace, self.layout.parameters, self.layout
         seeds = {self._leaf(f"y[{i}]"): self._leaf(f"dy[{i}]") for i in range(layout.length)}
-        names = [f"{d.key}/speed" for d in self.driven]
-        others = [n for n in self.inputs if n.name not in names]
+        others = [n for n in self.inputs if n.name not in self.speeds]
         first = layout.length + len(self.driven)
         for k, drive in enumerate(self.driven):
             turned, faster = self._leaf(f"dy[{layout.length + k}]"), self._leaf(f"dy[{first + k}]")

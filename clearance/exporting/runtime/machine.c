@@ -14,6 +14,7 @@ void machine_begin(Machine *m)
     memcpy(m->work, work_start, WORK * sizeof(double));
     m->changed = 1;
     machine_refresh(m);
+    machine_look_ahead(m);
     for (int k = 0; k < DRIVEN; k++) m->angle[k] = m->par[drive_start[k]];
     machine_place(m);
 }
@@ -31,7 +32,16 @@ void machine_refresh(Machine *m)
 
 double machine_clock(const Machine *m)
 {
-    return NEEDS_CLOCK ? m->time : 0.0;
+    if (!NEEDS_CLOCK) return 0.0;
+    return m->time < m->horizon ? m->time : m->horizon * (1.0 - BEFORE);
+}
+
+void machine_look_ahead(Machine *m)
+{
+    m->horizon = INFINITY;
+    for (int i = 0; i < KINKS; i++)
+        if (m->kink[i] * (1.0 - BEFORE) > m->time && m->kink[i] < m->horizon)
+            m->horizon = m->kink[i];
 }
 
 static void stand(Machine *m, const double *start)
@@ -113,12 +123,4 @@ void machine_commit(Machine *m)
     if (!COMMITS) return;
     commit(machine_clock(m), m->y, m->par, m->work, carried);
     memcpy(m->work + SPOTS, carried, COMMITS * sizeof(double));
-}
-
-double machine_next_kink(const Machine *m)
-{
-    double next = INFINITY;
-    for (int i = 0; i < KINKS; i++)
-        if (m->kink[i] > m->time && m->kink[i] < next) next = m->kink[i];
-    return next;
 }

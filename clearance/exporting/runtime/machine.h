@@ -9,6 +9,7 @@
 #define DENSE 5 /* rows of the dense output */
 #define RATES (STATES - COORDINATES)
 #define FREE (-1.0) /* in place of an impact speed */
+#define BEFORE 1e-15 /* share of the time of a kink by which a moment lies before it */
 
 enum { MADE, TOO_SMALL, NOT_FINITE, FILM_LEFT };
 
@@ -20,6 +21,7 @@ typedef struct {
     double work[ROOM(WORK)]; /* impact speeds, then what steps carry on */
     double angle[ROOM(DRIVEN)], origin[ROOM(DRIVEN)]; /* of drives; where lines over time start */
     double size[ROOM(STATES)], reach[ROOM(SPOTS)], typical[ROOM(SPOTS)], kink[ROOM(KINKS)];
+    double horizon;        /* next kink of a law of time, behind which kernels do not look */
     int side[ROOM(SPOTS)]; /* 1: beyond the threshold */
     int changed;           /* numbers have changed since they were last derived */
     int moved;             /* angles or speeds of drives have */
@@ -49,7 +51,7 @@ double machine_clock(const Machine *m);     /* time as kernels take it */
 void machine_indicators(const Machine *m, double *z);
 int machine_update(Machine *m);             /* begin and end contacts; 1: there was one */
 void machine_commit(Machine *m);            /* what a finished step carries on */
-double machine_next_kink(const Machine *m); /* after the present time; INFINITY: none */
+void machine_look_ahead(Machine *m);        /* for the next kink of a law of time, from here on */
 
 /* up to a time; ends early where a contact begins or ends, if asked to: *early is 1 then */
 int machine_advance(Machine *m, double until, int stop_at_events, int *early);

@@ -7,6 +7,9 @@ extern const double state_start[], work_start[], number_start[], spot_band[];
 extern const char *const number_names[], *const output_names[], *const output_units[];
 extern const char *const spot_names[];
 extern const int spot_kind[], spot_place[], spot_places[], drive_start[], drive_speed[];
+extern const int input_order[]; /* of inputs among those that `direction` takes */
+extern const int input_place[]; /* of these among the numbers of kernels */
+extern const double direction_size[];
 extern const double rodas_a[], rodas_c[], rodas_h[], rodas_d[], rodas_nodes[];
 extern const double ledger_c[], ledger_a[], ledger_basis[];
 

@@ -500,12 +500,9 @@ static double reduction(Machine *m, double t, double h)
     return share;
 }
 
-int machine_advance(Machine *m, double until, int stop_at_events, int *early)
+/* up to a time that lies before the next kink */
+static int advance(Machine *m, double until, int stop_at_events, int *early)
 {
-    *early = 0;
-    machine_depart(m);
-    if (!m->begun) begin(m, until);
-    else if (!m->fresh_jacobian) rhs(m->time, m->y, m->par, m->work, m->f);
     while (m->time < until) {
         double t = m->time, left = until - t, h = smaller(m->step, left), proposal;
         int code, met = NO_EVENT, trimmed = h < m->step;
@@ -562,13 +559,42 @@ int machine_advance(Machine *m, double until, int stop_at_events, int *early)
             begin_phase(m, until);
             if (stop_at_events) {
                 *early = 1;
-                break;
+                return MADE;
             }
         } else if (met == CUT)
             m->step = ONSET * proposal;
     }
-    machine_arrive(m);
     return MADE;
+}
+
+static void cross(Machine *m, double kink)
+{
+    for (int i = 0; i < LENGTH; i++) m->y[i] += (kink - m->time) * m->f[i];
+    m->time = kink;
+    machine_look_ahead(m);
+    m->contact_step = m->free_step = 0.0;
+}
+
+int machine_advance(Machine *m, double until, int stop_at_events, int *early)
+{
+    int code = MADE;
+    *early = 0;
+    machine_depart(m);
+    machine_look_ahead(m);
+    if (!m->begun) begin(m, until);
+    else if (!m->fresh_jacobian) rhs(m->time, m->y, m->par, m->work, m->f);
+    while (m->time < until && code == MADE && !*early) {
+        double kink = m->horizon;
+        if (kink > until) code = advance(m, until, stop_at_events, early);
+        else {
+            code = advance(m, kink * (1.0 - BEFORE), stop_at_events, early);
+            if (code != MADE || *early) break;
+            cross(m, kink);
+            begin_phase(m, until);
+        }
+    }
+    machine_arrive(m);
+    return code;
 }
 
 /* --- steps of one size, without failure */
