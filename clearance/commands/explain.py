@@ -47,6 +47,8 @@ def run(options) -> int:
     reason = report["not_in_lanes"]
     way = f"each point by itself: {reason}" if reason else "points side by side, in lanes"
     print(f"  sweeps     {way}")
+    reasons = "; ".join(report["not_exported"])
+    print(f"  export     {f'impossible: {reasons}' if reasons else 'as C source and as FMU'}")
     print(_listed("left out", report["left_out"]))
     print(f"  store      {report['store']}")
     for warning in report["warnings"]:

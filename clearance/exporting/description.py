@@ -267,7 +267,7 @@ def identifier(model: Model) -> str:
 
 
 def build_description(model: Model, sources: Iterable[str]) -> bytes:
-    """How the sources are compiled."""
+    """The description of the sources and of their compiler options."""
     root = Xml.Element("fmiBuildDescription", fmiVersion="3.0")
     build = Xml.SubElement(root, "BuildConfiguration", modelIdentifier=identifier(model))
     files = Xml.SubElement(

@@ -54,16 +54,13 @@ def refusals(mechanism: Mechanism) -> list[str]:
     """The reasons for which a scene cannot be exported, in words; none where it can."""
     functions = dict.fromkeys(f for p in mechanism.structure.programs.values() for f in p.functions)
     films = [j.name for j, source in mechanism.sources.items() if isinstance(source, Callback)]
+    worn = dict.fromkeys(name.split("/")[1] for name in mechanism.layout.followed)
     reasons = [f"the film of joint {name} is solved during the run, in Python" for name in films]
-    if not films and any(isinstance(f, Answer) for f in functions):
+    reasons += [f"wear changes the outlines of joint {name}" for name in worn]
+    apart = {f.name: f.reason for f in functions if isinstance(f, Opaque)}
+    reasons += [f"law {name} is compiled apart: {why}" for name, why in apart.items()]
+    if not reasons and any(isinstance(f, Answer) for f in functions):
         reasons.append("a law is answered in Python")
-    for function in functions:
-        if isinstance(function, Opaque):
-            reasons.append(f"law {function.name} is compiled apart: {function.reason}")
-    for joint in dict.fromkeys(name.split("/")[1] for name in mechanism.layout.followed):
-        reasons.append(f"wear changes the outlines of joint {joint}")
-    if mechanism.layout.remembering:
-        reasons.append("a film has a memory of its own")
     return reasons
 
 

@@ -75,8 +75,8 @@ def _compiled(command: list[str], path: str, sources: dict[str, str]) -> bytes:
             (Path(folder) / name).write_text(text, encoding="utf-8")
         output = Path(path).name
         position = [] if output.endswith(".dll") else ["-fPIC"]
-        whole = [*command, *OPTIONS, *position, "-o", output, *_units(sources), "-lm"]
-        done = subprocess.run(whole, cwd=folder, capture_output=True, text=True, check=False)
+        complete = [*command, *OPTIONS, *position, "-o", output, *_units(sources), "-lm"]
+        done = subprocess.run(complete, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             raise RuntimeError(f"{' '.join(command)}: {done.stderr.strip()[-500:]}")
         return (Path(folder) / output).read_bytes()

@@ -46,6 +46,7 @@ def explain(scene: Scene) -> dict:
         "method_reason": reason,
         "modules": _modules(method),
         "not_in_lanes": lanes.impossible(mechanism, method),  # its modules are no part of a run
+        "not_exported": _not_exported(mechanism),  # likewise
     }
 
 
@@ -54,6 +55,13 @@ def scene_warnings(mechanism: Mechanism) -> list[str]:
     return [doubt for j in mechanism.scene.joints for doubt in j.doubts()] + hole_warnings(
         mechanism
     )
+
+
+def _not_exported(mechanism: Mechanism) -> list[str]:
+    """The reasons for which a scene cannot be exported."""
+    from clearance.exporting.model import refusals
+
+    return refusals(mechanism)
 
 
 def _states(mechanism: Mechanism) -> list[str]:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 
 from clearance.tracing.emission import Program, Writer
-from clearance.tracing.function import Answer, Loop, Opaque
+from clearance.tracing.function import Loop
 from clearance.tracing.schedule import Branch, scheduled
 from clearance.tracing.trace import COMPARISONS, Scalar, text
 
@@ -193,8 +193,3 @@ def _conditions(steps: list, path: tuple) -> list[tuple]:
             conditions += _conditions(step.then, (*path, (k, True)))
             conditions += _conditions(step.otherwise, (*path, (k, False)))
     return conditions
-
-
-def apart(functions: Iterable) -> list:
-    """Functions that only Python or its compiler can evaluate."""
-    return [f for f in functions if isinstance(f, Opaque | Answer)]

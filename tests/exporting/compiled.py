@@ -1,9 +1,13 @@
-"""C source of a scene, compiled and loaded beside its kernels."""
+"""C source and units of a scene, compiled and loaded beside its kernels."""
 
 import ctypes
 import subprocess
+from contextlib import contextmanager
+from shutil import rmtree
 
 import numpy as np
+from fmpy import extract, read_model_description
+from fmpy.fmi3 import FMU3Model
 
 from clearance.exporting.c_source import write_c
 from clearance.exporting.model import Model
@@ -57,3 +61,53 @@ def random_states(model: Model, count: int, seed: int = 0):
             if spot.kind == CONTACT:
                 work[i] = rng.choice([-1.0, rng.uniform(0.0, 0.5)])
         yield rng.uniform(0.0, 2.0), y, work
+
+
+@contextmanager
+def opened(path, kind=FMU3Model, **how):
+    """An instance of a unit and its variables by name, in initialization mode."""
+    description, folder = read_model_description(path), extract(path)
+    part = description.modelExchange if kind is FMU3Model else description.coSimulation
+    unit = kind(
+        guid=description.instantiationToken,
+        unzipDirectory=folder,
+        modelIdentifier=part.modelIdentifier,
+        instanceName="one",
+    )
+    unit.instantiate(**how)
+    unit.enterInitializationMode(tolerance=1e-8, startTime=0.0)
+    unit.places = {v.name: v.valueReference for v in description.modelVariables}
+    try:
+        yield unit
+    finally:
+        unit.terminate()
+        unit.freeInstance()
+        rmtree(folder)
+
+
+def get(unit, *names):
+    """Values of variables."""
+    return np.array(unit.getFloat64([unit.places[n] for n in names]))
+
+
+def put(unit, **values):
+    """Set variables; __ in a name stands for a dot."""
+    names = [n.replace("__", ".") for n in values]
+    unit.setFloat64([unit.places[n] for n in names], list(values.values()))
+
+
+def rates(unit, time, states):
+    """Rates of all states at a place."""
+    count = len(states)
+    there, values = np.array(states, dtype=float), np.zeros(count)
+    pointer = ctypes.POINTER(ctypes.c_double)
+    unit.setTime(time)
+    unit.setContinuousStates(there.ctypes.data_as(pointer), count)
+    unit.getContinuousStateDerivatives(values.ctypes.data_as(pointer), count)
+    return values
+
+
+def random_places(model, count, seed=1):
+    """Times and states of a unit: those of the scene, then angles of drives of constant speed."""
+    for time, y, _ in random_states(model, count, seed):
+        yield time, np.concatenate([y, [1.7 * time] * len(model.driven)])
