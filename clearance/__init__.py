@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # for editors: names of laws and elements, modules, and what 
         FilmSolution as FilmSolution,
         Groove as Groove,
     )
+    from clearance.film.coefficients import film_coefficients as film_coefficients
     from clearance.film.elastic import elastic_film as elastic_film
     from clearance.film.online import (
         conserving_film as conserving_film,
@@ -111,6 +112,7 @@ _LAZY = {
     "Bearing": "clearance.film.bearing",
     "FilmSolution": "clearance.film.bearing",
     "Groove": "clearance.film.bearing",
+    "film_coefficients": "clearance.film.coefficients",
     "conserving_film": "clearance.film.online",
     "elastic_film": "clearance.film.elastic",
     "fast_film": "clearance.film.online",

@@ -1,9 +1,20 @@
 """`clearance film WHAT`: the Reynolds equation on its own."""
 
 import argparse
+import math
 import re
+from pathlib import Path
 
-from clearance.commands.common import Line, add_command, make_folder, number, publish, quantity_of
+from clearance.commands.common import (
+    DONE,
+    Line,
+    add_command,
+    json_text,
+    make_folder,
+    number,
+    publish,
+    quantity_of,
+)
 
 
 def add(commands) -> list[argparse.ArgumentParser]:
@@ -12,6 +23,9 @@ def add(commands) -> list[argparse.ArgumentParser]:
     whats = film.add_subparsers(dest="what", required=True, metavar="WHAT")
     pressure = add_command(
         whats, "pressure", help="pressure, load, friction and flow of a bearing in one state"
+    )
+    linear = add_command(
+        whats, "coefficients", help="stiffness and damping of a bearing's film about a load"
     )
     map_ = add_command(whats, "map", help="what the force table of a bearing holds, and its error")
     shots = add_command(
@@ -23,7 +37,7 @@ def add(commands) -> list[argparse.ArgumentParser]:
     ladder = add_command(
         whats, "ladder", help="error against run time of all films, single states and a feeder run"
     )
-    for command in (pressure, map_, meshes):
+    for command in (pressure, linear, map_, meshes):
         for name, default, text in _BEARING:
             command.add_argument(
                 f"--{name}",
@@ -33,6 +47,10 @@ def add(commands) -> list[argparse.ArgumentParser]:
             )
         command.add_argument(
             "--cavitation", default="reynolds", help="reynolds, gumbel, none or mass_conserving"
+        )
+    for name, default, text in _REST:
+        linear.add_argument(
+            f"--{name}", type=quantity_of(text[1]), default=default, help=f"{text[0]} ({default})"
         )
     for name, default, text in _STATE:
         pressure.add_argument(
@@ -68,6 +86,7 @@ def add(commands) -> list[argparse.ArgumentParser]:
     ladder.add_argument("--quick", action="store_true", help="coarse meshes only")
     every = {
         pressure: _pressure,
+        linear: _coefficients,
         map_: _map,
         shots: _snapshots,
         meshes: _convergence,
@@ -87,6 +106,10 @@ _BEARING = (
     ("clearance", "0.1mm", ("radial clearance", "m")),
     ("length", "20mm", ("length of the bearing", "m")),
     ("viscosity", "50cP", ("dynamic viscosity", "Pa s")),
+)
+_REST = (
+    ("load", "20N", ("steady load", "N")),
+    ("speed", "3000rpm", ("speed of the journal", "rad/s")),
 )
 _STATE = (
     ("eccentricity", "0.8", ("eccentricity ratio", "1")),
@@ -165,6 +188,28 @@ def _pressure(options) -> int:
         solved,
         "film_pressure",
     )
+
+
+def _coefficients(options) -> int:
+    from clearance.film.coefficients import film_coefficients
+
+    film = film_coefficients(_bearing(options), options.load, options.speed)
+    rows = [("stiffness", "N/m", film.stiffness), ("damping", "N s/m", film.damping)]
+    lines = [
+        f"eccentricity ratio {film.eccentricity_ratio:.6g}, attitude "
+        f"{math.degrees(film.attitude):.4g} deg; x along the load, y on in the sense of rotation",
+        "",
+        "| | xx | xy | yx | yy |",
+        "|---|---|---|---|---|",
+    ]
+    for name, units, matrix in rows:
+        lines.append(f"| {name} [{units}] | {' | '.join(f'{v:.5g}' for v in matrix.ravel())} |")
+    document = {n: v.tolist() if hasattr(v, "tolist") else v for n, v in vars(film).items()}
+    if options.output:
+        document["files"] = [str(Path(options.output) / "film_coefficients.md")]
+        Path(document["files"][0]).write_text("\n".join(lines) + "\n")
+    print(json_text(document) if options.json else "\n".join(lines))
+    return DONE
 
 
 def _map(options) -> int:
