@@ -27,6 +27,8 @@ DASHPOT = (
     (0.0, 0.0, 1.0, 1.0, -1.0, -1.0, 0.0, np.nan, 0.0, 0.0),
 )
 MM = 1e3
+#: most way of a point that does not move, over the mechanism's size
+STILL = 1e-6
 #: share of the mechanism's size that is half the breadth of a cylinder
 CYLINDER = 0.018
 #: directions about the one given in which names are tried [rad], nearest first, and how much
@@ -687,16 +689,17 @@ def name_bodies(drawing: Drawing, k: int) -> None:
 
 def trace(drawing: Drawing) -> None:
     """Paths of the bodies' points over all times, bold that of the point that a force acts on, else
-    of the last body.
+    of the last body that has one which moves.
 
     The halves of a telescope are left out: their ends are points of other bodies.
     """
     scene, motion = drawing.motion.scene, drawing.motion
     halves = {b for s in drawing.slides.values() if s.cylinder for b in (s.guide, s.block)}
-    bodies = [b for b in drawing.bodies if b not in halves]
+    places = {b: motion.points(b, p) for b, p in drawing.bodies.items() if b not in halves}
+    bodies = [b for b, p in places.items() if np.ptp(p, axis=0).max() > STILL * drawing.size]
     pushed = next((load["point"] for load in scene["loads"] if load["type"] == "Force"), None)
     for body in bodies:
-        paths = np.moveaxis(motion.points(body, drawing.bodies[body]), 1, 0)
+        paths = np.moveaxis(places[body], 1, 0)
         bold = pushed is None and body == bodies[-1]
         for i, path in enumerate(paths):
             style = BOLD | {"label": None if i else f"path of {body}"} if bold else {}
@@ -736,7 +739,10 @@ def sketch(record: Record, path: str | Path, *, at: float = 0.0, trails: bool = 
     drawing.room = Room(drawing, k, 72.0 * min(PAPER[0] / width, PAPER[1] / height))
     if trails:
         trace(drawing)
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize="small", frameon=False)
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(
+                loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize="small", frameon=False
+            )
     name_joints(drawing, k)
     name_bodies(drawing, k)
     drawing.show(k)
