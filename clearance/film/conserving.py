@@ -49,6 +49,8 @@ from clearance.film.bearing import (
 from clearance.film.control_volumes import CAVITATED, FIXED, FULL, VOLUME, Mesh, State, System
 from clearance.film.film_answer import Answer, respond
 from clearance.film.oil_balance import LIMIT, Flow, Past, inflow, lift_off, settle, size_of, sweep
+from clearance.film.summits import NONE, summits_of
+from clearance.laws.law import BoundLaw
 from clearance.values import checks
 from clearance.values.algebra import each
 
@@ -82,8 +84,10 @@ class MemoryFilm:
         vanish: Swift-Stieber); outline, journal: worn depths [m] of bearing and journal at equal
         angles of their bodies' frames, None where unworn; drag: "ring" where cavities drag as if
         full, "wet" where they do with their content; grading: of the cells, towards the
-        first angle (0 to 1) and towards the ends, 0: equal ones.
+        first angle (0 to 1) and towards the ends, 0: equal ones; asperity: law of rough surfaces
+        that touch, of a composite roughness [m], in a steady film. Its pressure is in the forces.
 
+    asperity_load: normal load of the asperities in the last steady film [N].
     Fields of the last accepted moment: content (n, m) and pressure above ambient [Pa] (n, m). They
     stand at theta [rad] (n,) and axial, z from the middle [m] (m,). mass_defect: oil made or lost
     in the last commit, over the oil in the gap.
@@ -91,8 +95,9 @@ class MemoryFilm:
         line is met. Other grooves take the nearest columns. A groove's width and length are rounded
         to full cells.
 
-    Raises ValueError for a mesh that is too coarse and for flow factors (bearing.roughness). A film
-    that is not conserving raises it for another condition than "reynolds".
+    Raises ValueError for asperities without a liner, for a mesh that is too coarse and for flow
+    factors (bearing.roughness). A film that is not conserving raises it for another condition than
+    "reynolds".
     """
 
     def __init__(
@@ -105,6 +110,8 @@ class MemoryFilm:
         journal: Sequence[float] | None = None,
         drag: str = WET,
         grading: tuple[float, float] = (0.0, 0.0),
+        asperity: BoundLaw | None = None,
+        roughness: float = 0.0,
     ):
         n, nz = check_mesh(mesh)
         if bearing.roughness > 0.0:
@@ -122,11 +129,19 @@ class MemoryFilm:
         self.bearing, self.conserving = bearing, bool(conserving)
         self.filled = check_drag("film with memory", drag) == RING
         self.liner, self.grading = checks.non_negative("liner", liner), grading
-        self.iterations, self.mass_defect = 0, 0.0
+        self.summits = NONE if asperity is None else self._summits(asperity, roughness)
+        self.iterations, self.mass_defect, self.asperity_load = 0, 0.0, 0.0
         self._lay(n, nz)
         self._outlines = [_over(depths, bearing.clearance) for depths in (outline, journal)]
         self._turn(0.0)
         self.reset()
+
+    def _summits(self, asperity: BoundLaw, roughness: float) -> np.ndarray:
+        """The table of the asperities, see film/summits.py."""
+        checks.positive("roughness", roughness)
+        if self.liner == 0.0:
+            raise ValueError("film with memory: asperities press a liner in; give a liner")
+        return summits_of(asperity, roughness, self.liner, self.bearing.clearance)
 
     def _lay(self, n: int, nz: int) -> None:
         """The grid and the memory that the kernels work in."""
@@ -165,6 +180,7 @@ class MemoryFilm:
             lowest=self.bearing.lowest,
             carried=float(self.conserving),
             filled=self.filled,
+            summits=self.summits,
         )
         layers = nz if self._mesh.soft > 0.0 else 1
         self._system = System(
@@ -248,7 +264,12 @@ class MemoryFilm:
         return np.array(np.broadcast_to(volume, kind.shape)) / self._mesh.width[:, None]
 
     def _since(self, vx: float, vy: float, spin: float, elapsed: float) -> float:
-        """elapsed, not below INSTANT of the time in which the motion changes the film."""
+        """elapsed, not below INSTANT of the time in which the motion changes the film.
+
+        Raises ValueError for a negative one, and for asperities.
+        """
+        if self.summits.size > 0:
+            raise ValueError("film with memory: asperities are of a steady film")
         if not elapsed >= 0.0:
             raise ValueError(f"elapsed must not be negative, got {elapsed!r}")
         return max(elapsed, INSTANT / max(math.hypot(vx, vy) + abs(spin), 1.0))
@@ -352,7 +373,21 @@ class MemoryFilm:
             self._respond(
                 (ex, ey), Flow(6.0 * spin, weak, 0.0), np.ones(self.content.shape), out, spin
             )
+            if self.summits.size > 0:
+                out[:2, 0] += self._asperities(ex, ey)
         return out[:, 0]
+
+    def _asperities(self, ex: float, ey: float) -> np.ndarray:
+        """Force of the asperities on the journal [N]: they lift the surfaces from the gap that the
+        oil alone would leave.
+        """
+        mesh, p = self._mesh, self._state.p + self._mesh.lowest
+        ring = mesh.ring[:, :2]
+        smooth = 1.0 - mesh.mean * (ring @ (ex, ey)) + mesh.worn[:, 2]
+        pressure = (self.gap - smooth[:, None] - mesh.soft * p) / mesh.soft
+        load = self._scales[0] * mesh.width * (pressure @ (2.0 * mesh.depth))
+        self.asperity_load = float(load.sum())
+        return -load @ ring
 
     def commit(
         self,

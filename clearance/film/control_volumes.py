@@ -8,6 +8,7 @@ import math
 from collections import namedtuple
 
 from clearance.film.piezo import reduced
+from clearance.film.summits import NONE, lifted
 from clearance.machine.store import njit
 
 FULL, CAVITATED, FIXED = 0, 1, 2  # kinds of cell; pressure and content of a fixed one are given
@@ -28,9 +29,12 @@ LOWEST_GAP = 1e-6  # H is not taken below this: roughness is larger
 #: middle to the next one's, or to the end, as far as the flow counts it (nz,); weight: (R / L)^2;
 #: mean: of cos over a column's width relative to its middle (n,). soft: deflection per P [s]; oil:
 #: how P thickens it; lowest: P in a cavity. carried: 1 where the flow carries the content, 0 where
-#: it carries full gaps (the memoryless film); filled: whether cavities drag as if full
+#: it carries full gaps (the memoryless film); filled: whether cavities drag as if full. summits:
+#: see `clearance.film.summits`, empty for smooth surfaces
 Mesh = namedtuple(
-    "Mesh", "ring order worn width step depth apart weight mean soft oil lowest carried filled"
+    "Mesh",
+    "ring order worn width step depth apart weight mean soft oil lowest carried filled summits",
+    defaults=(NONE,),
 )
 #: of a film: kind of its cells, p = P - lowest, content f, each (n, nz)
 State = namedtuple("State", "kind p content")
@@ -46,15 +50,17 @@ uncounted = njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, _nrt=Fa
 
 
 @inlined
-def floored(gap):
-    """A gap not below LOWEST_GAP, and whether it still changes."""
+def floored(gap, summits):
+    """A gap not below LOWEST_GAP, and its slope by the gap that smooth surfaces would have."""
+    if summits.size > 0:
+        return lifted(gap, summits)
     if gap > LOWEST_GAP:
         return gap, 1.0
     return LOWEST_GAP, 0.0
 
 
 @inlined
-def join(gaps, slopes, width, face):
+def join(gaps, slopes, width, summits, face):
     """Conductance and gap of one face: exact for a one-dimensional film between the middles of its
     two cells.
 
@@ -64,9 +70,9 @@ def join(gaps, slopes, width, face):
     and their slopes: in the middle of this cell, at the face, in the middle of the next cell.
     """
     (here, own_on), (mid, mid_on), (far, far_on) = (
-        floored(gaps[0]),
-        floored(gaps[1]),
-        floored(gaps[2]),
+        floored(gaps[0], summits),
+        floored(gaps[1], summits),
+        floored(gaps[2], summits),
     )
     own_slope, mid_slope, far_slope = slopes
     a, b, d = 1.0 / here, 1.0 / mid, 1.0 / far
@@ -98,7 +104,7 @@ def lean(gaps, slopes, thin, drag, mesh, face):
     peclet = drag * mesh.soft / (face[COND] * thin[0])
     share = peclet * peclet / (1.0 + peclet * peclet)
     side = 0 if drag >= 0.0 else 2
-    up, on = floored(gaps[side])
+    up, on = floored(gaps[side], mesh.summits)
     apart = up - face[GAP]
     bend = 2.0 * share * (1.0 - share) * apart
     face[GAP] += share * apart
@@ -136,10 +142,10 @@ def fill(gaps, slopes, width, mesh, cell):
     gaps, and their slopes: at the face before, in the middle, at the face behind, the mean.
     """
     (before, before_on), (here, own_on), (beyond, beyond_on), (mean, mean_on) = (
-        floored(gaps[0]),
-        floored(gaps[1]),
-        floored(gaps[2]),
-        floored(gaps[3]),
+        floored(gaps[0], mesh.summits),
+        floored(gaps[1], mesh.summits),
+        floored(gaps[2], mesh.summits),
+        floored(gaps[3], mesh.summits),
     )
     before_slope, own_slope, beyond_slope, mean_slope = slopes
     third = mesh.weight * width / 6.0
@@ -156,8 +162,8 @@ def fill(gaps, slopes, width, mesh, cell):
 
 @inlined
 def dry(motion, i, mesh):
-    """P - lowest at which the solids touch all over a column's cells; -inf without a liner."""
-    if mesh.soft == 0.0:
+    """P - lowest at which smooth solids touch all over a column's cells; -inf without a liner."""
+    if mesh.soft == 0.0 or mesh.summits.size > 0:
         return -math.inf
     c, s = mesh.ring[i, 0], mesh.ring[i, 1]
     rigid = 1.0 - mesh.mean[i] * (motion[0] * c + motion[1] * s) + mesh.worn[i, 2]
@@ -215,7 +221,7 @@ def measure(motion, drag, mesh, system):
             y, z = soft * oil[i, k, PRESS], soft * oil[j, k, PRESS]
             gaps = here + y, mid + 0.5 * (y + z), far + z
             slopes_here = own_slope, mid_slope, far_slope
-            join(gaps, slopes_here, mesh.step[i], face[i, k])
+            join(gaps, slopes_here, mesh.step[i], mesh.summits, face[i, k])
             if soft > 0.0:
                 near, beyond = 0.5 * oil[i, k, THIN], 0.5 * oil[j, k, THIN]
                 thin = near + beyond, -near * oil[i, k, RATE], -beyond * oil[j, k, RATE]
