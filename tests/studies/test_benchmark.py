@@ -6,35 +6,67 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
+from clearance.film.conserving import MemoryFilm
 from clearance.studies.benchmark.problems import PROBLEMS, benchmark
 from clearance.studies.benchmark.rows import foreign, references
+from tests.oracles.benchmark.rotating_load import place
 
 ROOT = Path(__file__).parents[2]
 PAGES = ROOT / "docs/benchmark"
-#: problems that take some seconds
-SLOW = ()
-NAMES = [pytest.param(n, marks=[pytest.mark.slow] * (n in SLOW)) for n in PROBLEMS]
-#: that take some seconds by their second code
-LONG = ("feeder",)
-SECOND = [pytest.param(n, marks=[pytest.mark.slow] * (n in SLOW + LONG)) for n in PROBLEMS]
+#: problems that take some seconds, or make a table
+SLOW = {"rotating_load", "periodic_orbit", "chaotic_statistics", "worn_bushing"}
+#: whose second code takes some seconds
+LONG = {"feeder", "rotating_load", "engine_load", "periodic_orbit", "chaotic_statistics"}
 #: rounding of another processor, over the error of a row
 SPREAD = 2.0
+#: what films of tables, and wear that jumps, are off by, over the value: as their pages state
+OFF = {"rotating_load": 1e-3, "worn_bushing": 1e-3}
 
 
-@pytest.mark.parametrize("name", NAMES)
+def marked(names):
+    """All problems, some of them slow."""
+    return [pytest.param(n, marks=[pytest.mark.slow] * (n in names)) for n in PROBLEMS]
+
+
+@pytest.mark.parametrize("name", marked(SLOW))
 def test_this_package_is_within_the_errors(name):
-    """All rows of a problem, as the command computes them."""
+    """All rows of a problem, as the command computes them; statistics with their intervals."""
     answer = benchmark(name)
-    assert all(abs(c.off) <= SPREAD * c.row.error for c in answer.rows)
+    for row in answer.rows:
+        allowed = row.row.error + answer.work.widths.get(row.row.quantity, 0.0)
+        allowed += OFF.get(name, 0.0) * abs(row.row.value)
+        assert abs(row.off) <= SPREAD * allowed, row.row.quantity
     assert answer.work.seconds > 0.0
 
 
-@pytest.mark.parametrize("name", SECOND)
+@pytest.mark.parametrize("name", marked(LONG))
 def test_a_second_code_is_within_the_errors(name):
     """All rows of a problem by the code that was written from its page."""
-    values = importlib.import_module(f"tests.oracles.benchmark.{name}").solve()
+    code = importlib.import_module(f"tests.oracles.benchmark.{name}")
+    values = getattr(code, "quick", code.solve)()
     for row in references(name):
-        assert abs(values[row.quantity] - row.value) <= SPREAD * row.error, row.quantity
+        allowed = row.error + getattr(code, "ALLOWED", {}).get(row.quantity, 0.0)
+        assert abs(values[row.quantity] - row.value) <= SPREAD * allowed, row.quantity
+
+
+@pytest.mark.slow
+def test_other_films_are_within_the_errors():
+    """Finite and elastic bearing under a load that turns by two solvers of the package, whose
+    cells are others: within the errors of the rows.
+    """
+    rows = {row.quantity: row for row in references("rotating_load")}
+    bearing = cl.Bearing(0.025, 5e-5, 0.025, 0.02)
+
+    def finite(eps):
+        film = cl.solve_film(bearing, eps, 0.0, 200.0, mesh=(512, 64))
+        return film.radial, film.tangential
+
+    soft = MemoryFilm(bearing, (256, 24), 1e-12, conserving=False)
+    films = {"finite": finite, "elastic": lambda e: soft.trial(e, 0, 0, 0, 200.0, 1e9)[:2, 0]}
+    for name, film in films.items():
+        for what, value in zip(("ratio", "lead"), place(film, 1000.0, 0.65, 0.72), strict=True):
+            row = rows[f"{name}_{what}"]
+            assert abs(value - row.value) <= SPREAD * row.error
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -65,9 +97,9 @@ def test_the_list_has_a_page_for_each_problem():
     assert all(f"(benchmark/{name}.md)" in text for name in PROBLEMS)
 
 
-@pytest.mark.parametrize("name", [*PROBLEMS, "multibody"])
+@pytest.mark.parametrize("name", [*PROBLEMS, "multibody", "reynolds"])
 def test_second_codes_share_nothing(name):
-    """They import numpy, scipy and each other."""
+    """They import numpy, scipy, numba and each other."""
     text = (ROOT / f"tests/oracles/benchmark/{name}.py").read_text()
     assert "import clearance" not in text
     assert "from clearance" not in text

@@ -4,9 +4,10 @@
 A value is that of the package at `TIGHT`, or of the second method where that is nearer to the
 exact one (`BEST` of its module). The error is twice the largest difference from the package at its
 default tolerance and from the second method; where the second method is best, from its coarser
-answer. No error is below `LEAST` of the value.
+answer. No error is below `LEAST` of the value. Statistics have half their 95 % interval.
 """
 
+import dataclasses
 import importlib
 import math
 import sys
@@ -23,7 +24,7 @@ MARKS = "<!-- rows -->", "<!-- rows:end -->"
 UNITS = {
     **dict.fromkeys(("time", "end", "period"), "s"),
     **dict.fromkeys(("depth", "x", "y", "offset", "film"), "m"),
-    **dict.fromkeys(("angle", "tilt", "lag"), "rad"),
+    **dict.fromkeys(("angle", "tilt", "lead", "attitude"), "rad"),
     **dict.fromkeys(("torque",), "N m"),
     **dict.fromkeys(("force",), "N"),
     **dict.fromkeys(("energy",), "J"),
@@ -47,18 +48,25 @@ def rows(name: str) -> tuple[list[Row], str]:
     """Reference values of a problem, and the words of their methods."""
     oracle = importlib.import_module(f"tests.oracles.benchmark.{name}")
     values = problems.PROBLEMS[name].values
-    tight, usual = values(problems.Work(TIGHT)), values(problems.Work())
+    work = problems.Work(TIGHT)
+    tight, usual = values(work), values(problems.Work())
     second, best, made = oracle.solve(), getattr(oracle, "BEST", ()), []
     coarse = oracle.coarser() if best else {}
-    floors = getattr(oracle, "FLOORS", {})
     for quantity, value in tight.items():
         off = [usual[quantity] - value, second[quantity] - value]
         if quantity.startswith(best or ("-",)):
             value, off = second[quantity], [coarse[quantity] - second[quantity]]
-        error = 2.0 * max([*map(abs, off), 0.5 * LEAST * abs(value), floors.get(quantity, 0.0)])
+        error = 2.0 * max([*map(abs, off), 0.5 * LEAST * abs(value)])
+        error = work.widths.get(quantity, error)
         made.append(
             Row(quantity, unit(quantity, getattr(oracle, "UNITS", {})), value, upward(error))
         )
+    for i, row in enumerate(made):  # those of a spline or of cells have one error a unit
+        if row.quantity.startswith(best or ("-",)) and row.error > 1e-8 * abs(row.value):
+            beside = (
+                r.error for r in made if r.unit == row.unit and r.quantity[:6] == row.quantity[:6]
+            )
+            made[i] = dataclasses.replace(row, error=max(beside))
     return made, " ".join(oracle.__doc__.split())
 
 

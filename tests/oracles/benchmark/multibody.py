@@ -58,7 +58,7 @@ class Bodies:
         return np.concatenate([state[n:], self.accelerations(state, wrenches)[:n]])
 
 
-def impacts(rates, depths, state, end, times, rtol, scale):
+def impacts(rates, depths, state, end, times, rtol, scale, fewest=FEWEST):
     """Motion with contacts: (state at each time, list of (spot, time, speed, depth, end)).
 
     rates(state, speeds): with the impact speed of each closed spot, None of an open one;
@@ -84,7 +84,7 @@ def impacts(rates, depths, state, end, times, rtol, scale):
             atol=rtol * scale,
             events=events,
             dense_output=True,
-            max_step=end / FEWEST,
+            max_step=end / fewest,
         )
         at |= {t: run.sol(t) for t in times if time < t < run.t[-1]}
         for k, i in enumerate(closed):

@@ -1,0 +1,120 @@
+"""Problem 7 from its page alone: scipy's Radau; the finite film is a spline over eccentricity ratio
+and direction of the motion of solutions on cells of second order, extrapolated.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.interpolate import RectBivariateSpline
+
+from tests.oracles.benchmark.reynolds import Film
+from tests.oracles.benchmark.rotating_load import short
+
+MASS, RADIUS, CLEARANCE, LENGTH, VISCOSITY = 1.0, 31.75e-3, 35.56e-6, 25.4e-3, 4.16e-3
+CRANK, SPIN = 209.4395, 418.879
+BEST = ("finite_",)
+UNITS = {"angle": "deg"}
+PAGE = Path(__file__).parents[3] / "docs/benchmark/engine_load.md"
+RANGE = 0.3, 0.88  # eccentricity ratios of the orbit and of its start
+
+
+def points():
+    """Angles [deg] and loads [N] of the page."""
+    rows = re.findall(r"^\| (-?[\d.]+) \| (-?[\d.]+) \|$", PAGE.read_text(), re.MULTILINE)
+    return np.array(rows, float).T
+
+
+def tabled(cells, nodes):
+    """Function of eps, rate and w: forces along and across over mu L R^3 / c^2."""
+    eps = 1.0 - np.geomspace(1.0 - RANGE[0], 1.0 - RANGE[1], nodes)
+    ways = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 2 * nodes + 1)
+    found = np.zeros((2, eps.size, ways.size))
+    films = [Film(n, n // 16, RADIUS / LENGTH) for n in (cells, cells // 2)]
+    for i, e in enumerate(eps):
+        for j, way in enumerate(ways):
+            motion = e, np.sin(way), 2.0 * np.cos(way) / e
+            fine, coarse = (np.array(film.solve(*motion)) for film in films)
+            found[:, i, j] = (fine + (fine - coarse) / 3.0) * (1.0 - e) ** 2
+    splines = [RectBivariateSpline(np.log(1.0 - eps[::-1]), ways, f[::-1]) for f in found]
+
+    def forces(e, rate, w, scale):
+        turn = 0.5 * e * abs(w)
+        size = scale * np.hypot(rate, turn) / (1.0 - e) ** 2
+        at = np.log(1.0 - e), np.arctan2(rate, turn)
+        along, across = (float(f(*at)[0, 0]) for f in splines)
+        return size * along, np.copysign(size, w) * across
+
+    return forces
+
+
+def orbit(film, scale, rtol, prefix):
+    """Values by quantity; film(eps, rate, w, scale) -> forces."""
+    angles, loads = points()
+    angles, loads = np.append(angles, angles[0] + 720.0), np.append(loads, loads[0])
+    begin, end = 0.0, 2.0 * np.radians(720.0) / CRANK
+    rounds = np.radians(np.concatenate([angles[:-1], angles[:-1] + 720.0, [angles[-1] + 720.0]]))
+    kinks = [t for t in rounds / CRANK if begin < t < end]
+
+    def rates(time, state):
+        e, v = complex(*state[:2]), complex(*state[2:])
+        n, degrees = e / abs(e), np.degrees(CRANK * time)
+        load = np.interp((degrees - angles[0]) % 720.0 + angles[0], angles, loads)
+        w = SPIN - 2.0 * (v / n).imag / abs(e)
+        force = complex(*film(abs(e) / CLEARANCE, (v / n).real / CLEARANCE, w, scale)) * n
+        return [v.real, v.imag, (force.real + load) / MASS, force.imag / MASS]
+
+    def turning(_, state):
+        return (state[0] * state[2] + state[1] * state[3]) / CLEARANCE
+
+    turning.direction = -1
+    state, values, least, time = [-0.5 * CLEARANCE, 0.0, 0.0, 0.0], {}, (1.0, 0.0), begin
+    wanted = {720 + 90 * k: f"{90 * k}deg" for k in range(1, 9)}
+    for stop in [*kinks, end]:
+        run = solve_ivp(
+            rates,
+            (time, stop),
+            state,
+            method="Radau",
+            rtol=rtol,
+            atol=rtol * np.array([CLEARANCE, CLEARANCE, 1e-3, 1e-3]),
+            dense_output=True,
+            events=turning,
+        )
+        for degrees, name in wanted.items():
+            at = np.radians(degrees) / CRANK
+            if time < at <= stop * (1.0 + 1e-12):
+                x, y = run.sol(min(at, stop))[:2]
+                values |= {f"{prefix}x_{name}": x, f"{prefix}y_{name}": y}
+        for one in run.t_events[0][run.t_events[0] > 0.5 * end]:
+            least = min(least, (CLEARANCE - np.hypot(*run.sol(one)[:2]), one))
+        time, state = stop, run.y[:, -1]
+    angle = np.degrees(CRANK * least[1]) - 720.0
+    return values | {f"{prefix}film": least[0], f"{prefix}angle": angle}
+
+
+def finite(rtol, cells, nodes):
+    """The orbit of the finite bearing."""
+    scale = VISCOSITY * LENGTH * RADIUS**3 / CLEARANCE**2
+    return orbit(tabled(cells, nodes), scale, rtol, "finite_")
+
+
+def thin(rtol):
+    """The orbit of the short bearing."""
+    return orbit(short, VISCOSITY * RADIUS * LENGTH**3 / (2.0 * CLEARANCE**2), rtol, "short_")
+
+
+def solve(rtol=1e-10):
+    """Values by quantity."""
+    return thin(rtol) | finite(1e-7, 256, 20)
+
+
+def quick():
+    """As `solve`, the finite bearing on fewer cells."""
+    return thin(1e-10) | coarser()
+
+
+def coarser():
+    """The finite bearing on fewer cells and nodes."""
+    return finite(1e-6, 128, 14)

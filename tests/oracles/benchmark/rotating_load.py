@@ -1,0 +1,92 @@
+"""Problem 6 from its page alone: scipy's Radau and root finding for the short bearing, cells of
+second order and Richardson's extrapolation for the finite and the elastic one.
+"""
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from tests.oracles.benchmark.reynolds import Film
+
+MASS, RADIUS, CLEARANCE, VISCOSITY, SPEED, TURNING = 1.0, 0.025, 5e-5, 0.02, 100.0, -50.0
+SHORT, LONG, LIGHT, HEAVY, LAYER = 0.0125, 0.025, 200.0, 1000.0, 1e-12
+BEST = "finite_", "elastic_"
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(100)
+WHIRL = MASS * CLEARANCE * TURNING**2  # times the eccentricity ratio: centrifugal force
+
+
+def short(eps, rate, w, scale):
+    """Force of the positive half of a short film, along and across the line of centres."""
+    start = np.arctan2(2.0 * rate, eps * abs(w))
+    theta = start + 0.5 * np.pi * (NODES + 1.0)
+    pressure = (eps * abs(w) * np.sin(theta) - 2.0 * rate * np.cos(theta)) * WEIGHTS
+    pressure *= 0.5 * np.pi * scale / (1.0 + eps * np.cos(theta)) ** 3
+    return pressure @ np.cos(theta), np.copysign(1.0, w) * (pressure @ np.sin(theta))
+
+
+def place(film, load, low=0.5, high=0.8):
+    """Eccentricity ratio and lead of a steady orbit; film(eps) -> forces."""
+
+    def held(eps):
+        along, across = film(eps)
+        return -along - WHIRL * eps, across
+
+    eps = brentq(lambda e: np.hypot(*held(e)) - load, low, high, xtol=1e-14, rtol=1e-13)
+    cosine, sine = held(eps)
+    return np.array([eps, np.arctan2(sine, cosine)])
+
+
+def orbit(rtol):
+    """Places of the short bearing at 10 and 20 ms."""
+    scale = VISCOSITY * RADIUS * SHORT**3 / (2.0 * CLEARANCE**2)
+
+    def rates(time, state):
+        e, v = complex(*state[:2]), complex(*state[2:])
+        n = e / abs(e)
+        along = (v / n).real / CLEARANCE
+        w = SPEED - 2.0 * (v / n).imag / abs(e)
+        force = complex(*short(abs(e) / CLEARANCE, along, w, scale)) * n
+        push = (force + LIGHT * np.exp(1j * TURNING * time)) / MASS
+        return [v.real, v.imag, push.real, push.imag]
+
+    run = solve_ivp(
+        rates,
+        (0.0, 0.02),
+        [1e-5, 0.0, 0.0, 0.0],
+        method="Radau",
+        rtol=rtol,
+        atol=rtol * np.array([CLEARANCE, CLEARANCE, 1e-3, 1e-3]),
+        t_eval=(0.01, 0.02),
+    )
+    return {
+        f"short_{n}_{t}ms": run.y[i, k]
+        for k, t in enumerate((10, 20))
+        for i, n in ((0, "x"), (1, "y"))
+    }
+
+
+def finite(cells, soft):
+    """Steady orbit of the finite bearing; an eighth of the cells over half the length."""
+    film = Film(cells, cells // 8, RADIUS / LONG, soft)
+    scale = VISCOSITY * LONG * RADIUS**3 / CLEARANCE**2
+    w = SPEED - 2.0 * TURNING
+    return place(lambda eps: np.multiply(scale, film.solve(eps, 0.0, w)), HEAVY, 0.65, 0.72)
+
+
+def solve(rtol=1e-11, cells=512):
+    """Values by quantity."""
+    scale, w = VISCOSITY * RADIUS * SHORT**3 / (2.0 * CLEARANCE**2), SPEED - 2.0 * TURNING
+    values = orbit(rtol) if rtol else {}
+    layer = LAYER * VISCOSITY * (RADIUS / CLEARANCE) ** 2 / CLEARANCE
+    pairs = {"short_": place(lambda eps: short(eps, 0.0, w, scale), LIGHT)}
+    for name, soft in (("finite_", 0.0), ("elastic_", layer)):
+        fine, coarse = finite(cells, soft), finite(cells // 2, soft)
+        pairs[name] = fine + (fine - coarse) / 3.0
+    for name, (eps, lead) in pairs.items():
+        values |= {f"{name}ratio": eps, f"{name}lead": lead}
+    return values
+
+
+def coarser():
+    """The same on fewer cells."""
+    return solve(0.0, 256)
