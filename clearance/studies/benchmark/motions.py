@@ -23,16 +23,17 @@ DRY = {
 @problem("a periodic motion of the dry slider-crank, its multipliers, and the fold that ends it")
 def periodic_orbit(run: Work) -> dict[str, float]:
     case, tolerance = cl.load_case("slider_crank", speed=cl.rpm(3000), **DRY), 1e3 * run.rtol
-    found = cl.steady(case, tolerance, error=None, samples_per_turn=360)
-    place, events, values = found.orbit.joint("C"), found.orbit.events, {}
+    solved = cl.steady(case, tolerance, error=None, samples_per_turn=360)
+    place, events, values = solved.orbit.joint("C"), solved.orbit.events, {}
     for angle in (0, 90, 180, 270):
         values[f"x_{angle}deg"] = float(place.eccentricity_x[angle])
         values[f"y_{angle}deg"] = float(place.eccentricity_y[angle])
-    begin = float(events["time"][-1])
-    values["impact_time"] = begin
-    values["impact_end"] = begin + float(events["duration"][-1])
+    values["impact_time"] = float(events["time"][-1])
+    # the contact that the turn begins in, a turn later
+    end = float(events["time"][0] + events["duration"][0])
+    values["impact_end"] = end + solved.duration
     values["impact_speed"] = float(events["impact_speed"][-1])
-    first, _, third, *_ = found.multipliers
+    first, _, third, *_ = solved.multipliers
     values |= {"multiplier_1_real": first.real, "multiplier_1_imaginary": abs(first.imag)}
     speeds = "speed", cl.rpm(3850), cl.rpm(3942.5)
     options = {"fixed": DRY, "tolerance": tolerance, "points": 25, "step": 0.2}
@@ -89,7 +90,7 @@ def ball_joint(run: Work) -> dict[str, float]:
     tilt, spin = tilt | {"damping": 1.0, "viscous": 0.05}, spin | {"damping": 0.8, "viscous": 0.04}
     groups = {"tilt": tilt, "spin": spin}
     numbers = {f"{g}_{name}": v for g, group in groups.items() for name, v in group.items()}
-    found = []
+    solved = []
     for samples in (200_001, 400_001):
         time = np.linspace(0.0, 1.0, samples)
         waves = (0.4, 4.0 * math.pi), (0.3, 6.0 * math.pi), (1.0, 2.0 * math.pi)
@@ -98,9 +99,9 @@ def ball_joint(run: Work) -> dict[str, float]:
         torque = lugre3d().torque(numbers, trial)
         work = np.trapezoid((torque * rate).sum(axis=1), time)
         rows = torque[:: (samples - 1) // 10]
-        found.append(
+        solved.append(
             {f"torque_{n}_{i}00ms": rows[i, k] for i in (1, 3, 6, 9) for k, n in enumerate("xyz")}
         )
-        found[-1]["energy"] = work
-    coarse, fine = found  # of second order
+        solved[-1]["energy"] = work
+    coarse, fine = solved  # of second order
     return {name: float(v + (v - coarse[name]) / 3.0) for name, v in fine.items()}

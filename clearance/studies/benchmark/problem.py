@@ -1,4 +1,4 @@
-"""What a problem of the benchmark set is, and the answer to it."""
+"""A problem of the benchmark set, and the answer to it."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field

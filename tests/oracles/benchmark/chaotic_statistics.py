@@ -84,6 +84,6 @@ def rows():
 
 def solve(rtol=None):
     """Values by quantity."""
-    found = rows()
-    means = dict(zip(("force", "depth", "torque", "energy"), found.mean(axis=(0, 1)), strict=True))
-    return means | {"force_90_percent": np.quantile(found[:, :, 0], 0.9)}
+    result = rows()
+    means = dict(zip(("force", "depth", "torque", "energy"), result.mean(axis=(0, 1)), strict=True))
+    return means | {"force_90_percent": np.quantile(result[:, :, 0], 0.9)}

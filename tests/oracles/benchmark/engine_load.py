@@ -30,14 +30,14 @@ def tabled(cells, nodes):
     """Function of eps, rate and w: forces along and across over mu L R^3 / c^2."""
     eps = 1.0 - np.geomspace(1.0 - RANGE[0], 1.0 - RANGE[1], nodes)
     ways = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 2 * nodes + 1)
-    found = np.zeros((2, eps.size, ways.size))
+    tables = np.zeros((2, eps.size, ways.size))
     films = [Film(n, n // 16, RADIUS / LENGTH) for n in (cells, cells // 2)]
     for i, e in enumerate(eps):
         for j, way in enumerate(ways):
             motion = e, np.sin(way), 2.0 * np.cos(way) / e
             fine, coarse = (np.array(film.solve(*motion)) for film in films)
-            found[:, i, j] = (fine + (fine - coarse) / 3.0) * (1.0 - e) ** 2
-    splines = [RectBivariateSpline(np.log(1.0 - eps[::-1]), ways, f[::-1]) for f in found]
+            tables[:, i, j] = (fine + (fine - coarse) / 3.0) * (1.0 - e) ** 2
+    splines = [RectBivariateSpline(np.log(1.0 - eps[::-1]), ways, f[::-1]) for f in tables]
 
     def forces(e, rate, w, scale):
         turn = 0.5 * e * abs(w)

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from scipy.optimize import fsolve
+from scipy.optimize import brentq
 
 RADIUS, CLEARANCE, LENGTH, VISCOSITY, SIGMA = 0.02, 4e-5, 0.01, 0.02, 5e-7
 LOAD, MODULUS, RUB, SLOW = 500.0, 1.15e11, 0.1, 1e-3
@@ -34,13 +34,13 @@ def forces(e, speed):
 
 def solve(rtol=None):
     """Values by quantity."""
-    values, ratio = {}, 0.99
+    values = {}
     for speed in SPEEDS:
 
         def off(x, speed=speed):
-            return np.hypot(*forces(x[0] * CLEARANCE, speed)[:2]) / LOAD - 1.0
+            return np.hypot(*forces(x * CLEARANCE, speed)[:2]) - LOAD
 
-        ratio = fsolve(off, [ratio], xtol=1e-14)[0]
+        ratio = brentq(off, 0.5, 1.0, xtol=1e-15, rtol=1e-14)
         along, across, torque = forces(ratio * CLEARANCE, speed)
         name = f"{speed:g}"
         values |= {f"ratio_{name}": ratio, f"torque_{name}": torque}
