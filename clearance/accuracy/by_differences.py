@@ -133,7 +133,7 @@ def reason_without(run: Run) -> str:
         return (
             f"contact of {touching[0]} starts with a touch, which comes earlier or later as a "
             "parameter changes: neighbouring trajectories part. Run it at several values: "
-            "clearance sweep, clearance scatter"
+            "clearance sweep, clearance scatter; its periodic motion has them: --steady"
         )
     if any(isinstance(s, Callback) for s in mechanism.sources.values()):
         return (
@@ -203,10 +203,17 @@ def recorded(run: Run) -> MemoryRecord:
 
 
 def differences(
-    number: Varied, values: dict[int, dict[str, Metric]], others: dict[int, dict[str, Metric]]
+    number: Varied,
+    values: dict[int, dict[str, Metric]],
+    others: dict[int, dict[str, Metric]],
+    width: float = WIDTH,
+    safety: float = 1.0,
 ) -> Iterator[tuple[str, Sensitivity]]:
-    """Sensitivities by metric. values: of places in widths; others: at the looser tolerance."""
-    d, rows = WIDTH * number.size, {}
+    """Sensitivities by metric. values: of places in widths; others: at the looser tolerance.
+
+    width: over the size of the parameter; safety: of the part of the error that widths show.
+    """
+    d, rows = width * number.size, {}
     for name, metric in values[0].items():
         if name.endswith(COUNTS) or any(part in name for part in COUNTED):
             continue
@@ -222,6 +229,6 @@ def differences(
     shares = [apart / abs(slope) for _, slope, apart, _ in rows.values() if slope]
     g = float(geometric_mean(shares))
     for name, (metric, slope, apart, local) in rows.items():
-        error = SAFETY * max(apart, g * abs(slope)) + local
+        error = SAFETY * max(apart, g * abs(slope)) + safety * local
         parts = metric.value, metric.units, number.size, number.units
         yield name, Sensitivity(slope, error, *parts)

@@ -17,7 +17,6 @@ OTHERS = {
     "checkpoint": None,
     "settle": None,
     "pressure_fields": None,
-    "sensitivity": None,
 }
 DEFAULT_RTOL = 1e-6  # of `clearance run`; a periodic motion has a finer one
 LISTED = 6  # multipliers in print, at most
@@ -81,6 +80,7 @@ def solved(options, case, scene, output: Path):
             channels=channel_patterns(options.channels),
             compression=options.compression,
             error=options.error,
+            sensitivity=options.sensitivity,
         )
     except (NotPeriodic, NotSolved) as error:
         return None, str(error)

@@ -1,6 +1,7 @@
 """Periodic motion of a scene, by waiting where that is quick, else by a solver."""
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -10,6 +11,7 @@ import numpy as np
 
 from clearance.mechanism.build import build
 from clearance.motions.maps import AtDeadCentre, Motion, NotPeriodic, Place, Section
+from clearance.motions.orbit_sensitivities import FINEST, orbit_sensitivities
 from clearance.motions.periodic_errors import paired
 from clearance.motions.shooting import Fixed, newton, settled, slow_states
 from clearance.results.errors import AUTO
@@ -21,6 +23,8 @@ from clearance.run.progress_bar import watched
 from clearance.run.run import Run
 from clearance.run.start import opened_by
 from clearance.scene.catalogue import AnyCase, load_case
+from clearance.scene.parameter import Wanted
+from clearance.scene.scene import Scene
 from clearance.simulation import prepare, write
 from clearance.values import checks
 
@@ -82,6 +86,7 @@ def steady(
     channels=None,
     compression: int = 0,
     error: str | None = AUTO,
+    sensitivity: Wanted | None = None,
     progress: Callable[[str], None] | bool | None = None,
 ) -> Steady:
     """The periodic motion that a scene settles to.
@@ -97,7 +102,8 @@ def steady(
     times the tolerance); method: as in `simulate`; max_steps: of a turn, before it is given up.
     path, samples_per_turn, channels, compression: of the file that keeps one period, as in
     `simulate`. error: "auto" states the errors of its numbers, of integration and of what is left
-    over, see periodic_errors.py; None: not.
+    over, see periodic_errors.py; None: not. sensitivity: parameters by which the metrics of the
+    periodic motion are differentiated (`orbit.sensitivities`, see orbit_sensitivities.py).
     Raises ValueError for scenes without a periodic drive or a freedom, and for films with a memory.
     Raises NotPeriodic where no period is reached (a chaotic motion), or none is isolated. Raises
     NotSolved where the motion ends. Warns by `RunWarning` as `simulate`.
@@ -114,6 +120,12 @@ def steady(
     output = Output(path, channels, compression)
     report = progress or (lambda text: None)
 
+    extra = None
+    if sensitivity is not None:
+        rest = {"period": period, "most_turns": most_turns, "method": method, "error": None}
+        rest |= {"rtol": rtol, "max_steps": max_steps, "samples_per_turn": samples_per_turn}
+        extra, start = _sensing(scene, sensitivity, min(tolerance, FINEST), start, rest)
+
     def search_of(opened: tuple) -> Search:
         mechanism = build(scene, ledger=False, opened=opened)
         motion = Motion(scene, rtol, method, period, mechanism, max_steps)
@@ -124,12 +136,33 @@ def steady(
     orbiting = partial(_orbiting, samples_per_turn)
     run = orbiting(section, fixed)
     run.facts["steady"] = _facts(fixed, facts | {"tolerance": tolerance}, search.slow)
-    orbit = write(run, output, None, error, 0.0, partial(paired, section, fixed, orbiting))
+    pair = partial(paired, section, fixed, orbiting)
+    orbit = write(run, output, None, error, 0.0, pair, extra=extra)
     warn(orbit.warnings)
     names = search.motion.mechanism.layout.names
     states = {name: float(fixed.place.y[i]) for i, name in enumerate(names)}
     values = fixed.multipliers, fixed.errors
     return Steady(orbit, *values, slow=search.slow, states=states, **facts)
+
+
+def _sensing(scene: Scene, parameters: Wanted, tolerance: float, start, options: dict):
+    """A function that adds sensitivities to the file of a periodic motion, and the motion as a
+    start.
+    """
+    options["rtol"] = min(options["rtol"], tolerance_of(tolerance, None)[1])
+
+    def solve(varied: Scene, start) -> Result:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return steady(varied, tolerance, start=start, **options).orbit
+
+    sensitivities, orbit = orbit_sensitivities(scene, parameters, solve, start)
+
+    def add(sink) -> None:
+        """Add them to a sink, or the reason."""
+        sink.add(sensitivities.groups())
+
+    return add, orbit
 
 
 def _solved(
