@@ -6,10 +6,12 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
+from clearance.accuracy.horizon import Problem
 from clearance.film.conserving import MemoryFilm
 from clearance.studies.benchmark.problems import PROBLEMS, benchmark
 from clearance.studies.benchmark.rows import foreign, references
 from tests.oracles.benchmark.rotating_load import place
+from tests.oracles.exudyn import Exudyn
 
 ROOT = Path(__file__).parents[2]
 PAGES = ROOT / "docs/benchmark"
@@ -47,6 +49,23 @@ def test_a_second_code_is_within_the_errors(name):
     for row in references(name):
         allowed = row.error + getattr(code, "ALLOWED", {}).get(row.quantity, 0.0)
         assert abs(values[row.quantity] - row.value) <= SPREAD * allowed, row.quantity
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:SimulationSettings:DeprecationWarning")  # names of exudyn 1.9
+def test_exudyn_is_near_the_lubricated_feeder():
+    """A complete multibody code of second order, extrapolated from 4,000 and 16,000 steps a turn:
+    the journal at 100 ms within 1e-6 of the clearance.
+    """
+    pytest.importorskip("exudyn")
+    laws = {"friction": "none", "film_torques": False, "film": "pinkus_sternlicht"}
+    case = cl.load_case("six_bar_feeder", joints="B", viscosity=0.05, roughness=0.0, **laws)
+    problem = Problem(case, 0.1)
+    solver, columns = Exudyn(problem), list(problem.compared)
+    coarse, fine = (solver(problem, 1.0 / n).states[-1][columns] for n in (4000, 16_000))
+    rows = {row.quantity: row.value for row in references("feeder")}
+    wanted = [rows[f"lubricated_B_{axis}_100ms"] for axis in "xy"]
+    assert fine + (fine - coarse) / 15.0 == pytest.approx(wanted, abs=1e-6 * 1e-4)
 
 
 @pytest.mark.slow
