@@ -121,9 +121,13 @@ class Description:
             if name == "fixed_step":
                 row.causality, row.variability, row.start = "parameter", "tunable", 0.0
             self._add(row)
+        inputs = {n.name: n.is_input for n in model.numbers}
         for index, channel in enumerate(layout.channels):
-            if index not in self.shown:
-                name, text = structured(channel.path), channel.long_name
+            # the effort of a drive that is an input is that input
+            if index not in self.shown and not inputs.get(channel.path):
+                path = channel.path + ("_shown" if channel.path in inputs else "")
+                name, text = structured(path), channel.long_name
+                text = text.replace(", minus its start value", "")
                 text += ", in (-pi, pi]" if channel.wrapped else ""
                 self._add(Variable(name, outputs[index], text, channel.units, "output"))
 

@@ -346,7 +346,7 @@ def _meaning(part: Body | Element, field: str) -> tuple[str, str]:
     about = part.__dataclass_fields__[first].metadata
     if inner and isinstance(record := getattr(part, first), Record):
         return f"{first}: {inner}", record.__dataclass_fields__[inner].metadata.get("unit", "")
-    if "number" not in about:
+    if inner or "number" not in about:
         return field.replace("/", ": ").replace("_", " "), ""
     number = about["number"]
     units = number.units or ("",)
