@@ -8,10 +8,20 @@ from pathlib import Path
 from clearance.postprocess import optima, report, scene_fits, scenes, sweep_report, view
 from clearance.postprocess.drawing import sketch
 from clearance.postprocess.lives import life
-from clearance.postprocess.pages import Markup, Page, element, join, missing, number, table
+from clearance.postprocess.pages import (
+    Markup,
+    Page,
+    element,
+    join,
+    missing,
+    number,
+    quantity,
+    table,
+)
 
 from clearance.identify.designs import Optimum
 from clearance.identify.scene_parameters import SceneFit
+from clearance.results.errors import Errors
 from clearance.results.result import Result
 from clearance.sweeping.index import Sweep
 from clearance.values.accessors import accessor
@@ -72,6 +82,17 @@ def _moving(run: Result) -> Markup:
         size = f"{len(text) / 1e6:.0f} MB"
         return missing(f"The moving page has {size}: run.view('run.html') writes it to a file.")
     return element("iframe", srcdoc=text, sandbox="allow-scripts", title="moving page")
+
+
+@_parts.register
+def _(thing: Errors, page: Page):
+    yield element("p", repr(thing).strip("<>"))
+    heads = ("name", "value", "stated error", "by the film table", "relative")
+    rows = []
+    for name, row in thing.items():
+        errors = (quantity(e, row.units) if e else "" for e in (row.stated, row.film))
+        rows.append((name, quantity(row.value, row.units), *errors, number(row.relative, 2)))
+    yield table(heads, rows) if rows else ""
 
 
 @_parts.register

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from clearance.values.accessors import Celled
 from clearance.values.algebra import each
 from clearance.values.spelling import alike
 
@@ -84,7 +85,7 @@ class ExtremeErrors:
 
 
 @dataclass(frozen=True)
-class Errors(Mapping):
+class Errors(Celled, Mapping):
     """Stated errors of a run by name. These are its metrics ("joint_B_force_max"), its located
     extremes over the same part of the run ("joints/B/force_max"), and the "trajectory", over the
     clearance.

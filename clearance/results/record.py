@@ -50,6 +50,14 @@ class PressureFields:
     eccentricity_ratio: np.ndarray
 
 
+class Description(dict):
+    """A scene as plain data; `dict(scene)` shows all of it."""
+
+    def __repr__(self) -> str:
+        joints = ", ".join(f"{j['name']}:{j['type']}" for j in self["joints"])
+        return f"<description of {self['name']}: {len(self['bodies'])} bodies; {joints}>"
+
+
 class Channels:
     """The channels of one group as attributes: `.ax`, and `.force` for the pair of `.force_x` and
     `.force_y`.
@@ -151,7 +159,7 @@ class Record(Drawn, ABC):
     @cached_property
     def scene(self) -> dict:
         """The scene's description, as plain data."""
-        return json.loads(self.attributes["scene"])
+        return Description(json.loads(self.attributes["scene"]))
 
     @cached_property
     def turn(self) -> float | None:

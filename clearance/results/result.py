@@ -35,7 +35,14 @@ from clearance.results.groups import (
 from clearance.results.integrals import Integrals
 from clearance.results.memory_reader import MemoryReader
 from clearance.results.reading import FACT_UNITS, Damaged, Entries, Missing, Reader, open_checked
-from clearance.results.record import PARTS, WEAR, PressureFields, Record, extra
+from clearance.results.record import (
+    PARTS,
+    WEAR,
+    Description,
+    PressureFields,
+    Record,
+    extra,
+)
 from clearance.results.tables import FORMAT, FORMAT_VERSION, check_result, in_memory
 from clearance.scene.document import check
 
@@ -114,7 +121,7 @@ class Result(Record):
     @cached_property
     def scene(self) -> dict:
         """The scene's description, as plain data."""
-        document = dict(self.reader.document("", "scene"))
+        document = Description(self.reader.document("", "scene"))
         try:
             check(document)
         except ValueError as error:

@@ -49,6 +49,11 @@ def test_users14_a_run_has_its_numbers_errors_warnings_and_moving_page():
     text = shown(run)
     assert "drive_crank_torque_max" in re.sub("<wbr>", "", text)
     assert "stated error" in text
+    errors = shown(run.errors)
+    assert "drive_crank_torque_max" in errors
+    assert "by the film table" in errors
+    described = "<description of slider_crank: 3 bodies; A:Revolute, B:Revolute, C:Revolute"
+    assert repr(run.scene).startswith(described)
     assert '<iframe srcdoc="<!doctype html>' in text.lower()
     assert 'sandbox="allow-scripts"' in text
     assert not re.search(r'(?:src|href)="https?:', text)
