@@ -94,8 +94,6 @@ def _sizes(model: Model, run) -> dict[str, float]:
 
 def _largest(time: np.ndarray, values: np.ndarray, run, path: str) -> float:
     """The largest difference at times that both have."""
-    group, part, name = path.split("/")
-    record = run[part] if group == "bodies" else run.joint(part)
     at = np.minimum(np.searchsorted(run.time, time - 1e-9 * time[-1]), len(run.time) - 1)
     same = np.abs(run.time[at] - time) <= 1e-9 * time[-1]
-    return float(np.abs(values - getattr(record, name)[at])[same].max())
+    return float(np.abs(values - run.values(path)[at])[same].max())

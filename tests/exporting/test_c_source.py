@@ -10,6 +10,7 @@ import clearance as cl
 from clearance.exporting.model import Model
 from clearance.tracing import ir, kernels
 from tests.exporting.compiled import SCENES, STRICT, call, compiled, random_states
+from tests.random_scenes import draw
 from tests.seeds import few_of
 
 ULP = np.finfo(float).eps
@@ -34,7 +35,18 @@ def test_kernels(scene, tmp_path, monkeypatch):
     """
     monkeypatch.setattr(ir, "FUSES", False)
     case, values = scene
-    model = Model(cl.load_case(case, **values))
+    compare_kernels(Model(cl.load_case(case, **values)), tmp_path)
+
+
+@pytest.mark.parametrize("seed", few_of([5, 17, 32, 40, 60, 68, 84, 96], 1))
+def test_kernels_of_random_scenes(seed, tmp_path, monkeypatch):
+    """The same for scenes of random joints, laws, drives and loads."""
+    monkeypatch.setattr(ir, "FUSES", False)
+    compare_kernels(Model(draw(seed).scene), tmp_path)
+
+
+def compare_kernels(model, tmp_path):
+    """Kernels of C beside those of the package."""
     library, mechanism = compiled(model, tmp_path), model.mechanism
     par = numbers_in_c(model, library)
     kernels_of = {role: kernels.kernel(model.programs[role], None) for role in entries(model)}
