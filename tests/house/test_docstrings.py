@@ -111,7 +111,11 @@ def test_no_docstring_begins_with_a_question():
 EXAMPLES = {name: thing for name, thing in PUBLIC.items() if ">>>" in (thing.__doc__ or "")}
 
 
-@pytest.mark.parametrize("name", sorted(EXAMPLES))
+#: examples that take seconds
+LONG = {"statistics": [pytest.mark.slow], "wear": [pytest.mark.slow]}
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=LONG.get(n, ())) for n in sorted(EXAMPLES)])
 def test_users8_examples_run(name, tmp_path, monkeypatch):
     """The example of a docstring has the printed results."""
     monkeypatch.chdir(tmp_path)
