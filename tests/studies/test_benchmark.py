@@ -35,7 +35,7 @@ def test_this_package_is_within_the_errors(name):
     """All rows of a problem, as the command computes them; statistics with their intervals."""
     answer = benchmark(name)
     for row in answer.rows:
-        allowed = row.row.error + answer.work.widths.get(row.row.quantity, 0.0)
+        allowed = row.row.error + row.width
         allowed += OFF.get(name, 0.0) * abs(row.row.value)
         assert abs(row.off) <= SPREAD * allowed, row.row.quantity
     assert answer.work.seconds > 0.0

@@ -29,4 +29,4 @@ def benchmark(name: str, against: str | Path | None = None, *, rtol: float = RTO
         warnings.simplefilter("ignore", RunWarning)
         values = PROBLEMS[name].values(work)
     work.seconds = time.perf_counter() - began
-    return Answer(name, compared(rows, values), work)
+    return Answer(name, compared(rows, values, work.widths), work)

@@ -26,10 +26,14 @@ class Row:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A value beside its reference; value is None where a code has none."""
+    """A value beside its reference; value is None where a code has none.
+
+    width: half the 95 % interval of a statistical value.
+    """
 
     row: Row
     value: float | None
+    width: float = 0.0
 
     @property
     def off(self) -> float | None:
@@ -38,8 +42,8 @@ class Comparison:
 
     @property
     def inside(self) -> bool:
-        """The value lies within the error of the reference."""
-        return self.off is not None and abs(self.off) <= self.row.error
+        """The value lies within the error of the reference and its own interval."""
+        return self.off is not None and abs(self.off) <= self.row.error + self.width
 
 
 def source(name: str) -> str:
@@ -56,9 +60,12 @@ def references(name: str) -> list[Row]:
     ]
 
 
-def compared(rows: Iterable[Row], values: dict[str, float]) -> list[Comparison]:
-    """All rows, in their order, with the values of a code."""
-    return [Comparison(row, values.get(row.quantity)) for row in rows]
+def compared(
+    rows: Iterable[Row], values: dict[str, float], widths: dict[str, float] | None = None
+) -> list[Comparison]:
+    """All rows, in their order, with the values of a code and half their intervals."""
+    wide = widths or {}
+    return [Comparison(r, values.get(r.quantity), wide.get(r.quantity, 0.0)) for r in rows]
 
 
 def foreign(path: str | Path, rows: Iterable[Row]) -> dict[str, float]:
