@@ -16,7 +16,7 @@ from tests.oracles.exudyn import Exudyn
 ROOT = Path(__file__).parents[2]
 PAGES = ROOT / "docs/benchmark"
 #: problems that take some seconds, or make a table
-SLOW = {"rotating_load", "periodic_orbit", "chaotic_statistics", "worn_bushing"}
+SLOW = {"rotating_load", "engine_load", "periodic_orbit", "chaotic_statistics", "worn_bushing"}
 #: whose second code takes some seconds
 LONG = {"feeder", "rotating_load", "engine_load", "periodic_orbit", "chaotic_statistics"}
 #: rounding of another processor, over the error of a row

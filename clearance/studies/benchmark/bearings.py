@@ -22,13 +22,18 @@ BENDS = tuple(
     (a - FIRST, after - before)
     for (a, _), before, after in zip(_POINTS, [0.0, *_SLOPES], _SLOPES, strict=False)
 )
-_TIMES = [math.radians(n * CYCLE + FIRST + a) / CRANK for n in range(3) for a, _ in BENDS]
+_ANGLES = [n * CYCLE + FIRST + a for n in range(3) for a, _ in BENDS]
 
 
-@signal(kinks=lambda _: [time for time in _TIMES if time > 0.0])
-def engine(time):
-    """Load of a four-stroke engine [N]: straight between its points."""
-    degrees = math.degrees(CRANK) * time - FIRST
+def _kinks(values: dict) -> list[float]:
+    """Times of the points."""
+    return [math.radians(a - values["begin"]) / CRANK for a in _ANGLES if a > values["begin"]]
+
+
+@signal(kinks=_kinks)
+def engine(time, begin=0.0):
+    """Load of a four-stroke engine [N], straight between its points; from an angle [deg] on."""
+    degrees = begin + math.degrees(CRANK) * time - FIRST
     degrees = degrees - CYCLE * int(degrees / CYCLE)
     load = LOAD
     for angle, bend in BENDS:
@@ -75,10 +80,10 @@ def rotating_load(run: Work) -> dict[str, float]:
     return values | _steady(_rotating(run, 1000.0, 0.5, 2, 0.025, soft), "elastic_")
 
 
-def _engine(run: Work, film, prefix: str, length: float) -> dict[str, float]:
-    """Places in the second cycle, the least film and its angle."""
+def _engine(run: Work, film, begin: float, end: float, samples: int):
+    """Run of a journal under the load of an engine, between two angles of the crank [deg]."""
     journal, clearance = cl.Body("journal", 1.0, 1e-3), 35.56e-6
-    sizes = {"radius": 31.75e-3, "clearance": clearance, "length": length}
+    sizes = {"radius": 31.75e-3, "clearance": clearance, "length": 25.4e-3}
     joint = cl.ClearanceRevolute(
         cl.ground,
         journal,
@@ -89,24 +94,31 @@ def _engine(run: Work, film, prefix: str, length: float) -> dict[str, float]:
         eccentricity=(-0.5 * clearance, 0.0),
         **sizes,
     )
-    drive = cl.Drive(journal, speed=SPIN, start=0.0)
-    scene = cl.Scene(joint, cl.Force(journal, x=engine()), drive, gravity=(0.0, 0.0))
-    cycle = math.radians(CYCLE) / CRANK
-    result = run(scene, until=2.0 * cycle, samples=17)
-    place, values = result.joint("B"), {}
-    for i in range(9, 17):
-        at = f"{90 * (i - 8)}deg"
-        values[f"{prefix}x_{at}"] = float(place.eccentricity_x[i])
-        values[f"{prefix}y_{at}"] = float(place.eccentricity_y[i])
-    least = result.extreme("joints/B/gap_min", begin=cycle)
-    angle = math.degrees(CRANK * least.time) - CYCLE
-    return values | {f"{prefix}film": float(least.value), f"{prefix}angle": angle}
+    force, drive = (
+        cl.Force(journal, x=engine(begin=begin)),
+        cl.Drive(journal, speed=SPIN, start=0.0),
+    )
+    scene = cl.Scene(joint, force, drive, gravity=(0.0, 0.0))
+    return run(scene, until=math.radians(end - begin) / CRANK, samples=samples)
 
 
-@problem("a short and a finite bearing under the load of a four-stroke engine")
+@problem("a short, a finite and an elastic bearing under the load of a four-stroke engine")
 def engine_load(run: Work) -> dict[str, float]:
-    short = _engine(run, cl.short_film(), "short_", 25.4e-3)
-    return short | _engine(run, cl.table_film(), "finite_", 25.4e-3)
+    values = {}
+    for prefix, film in (("short_", cl.short_film()), ("finite_", cl.table_film())):
+        result = _engine(run, film, 0.0, 2.0 * CYCLE, 17)
+        place = result.joint("B")
+        for i in range(9, 17):
+            at = f"{90 * (i - 8)}deg"
+            values[f"{prefix}x_{at}"] = float(place.eccentricity_x[i])
+            values[f"{prefix}y_{at}"] = float(place.eccentricity_y[i])
+        least = result.extreme("joints/B/gap_min", begin=math.radians(CYCLE) / CRANK)
+        values[f"{prefix}film"] = float(least.value)
+        values[f"{prefix}angle"] = math.degrees(CRANK * least.time) - CYCLE
+    soft = cl.elastic_film(liner=2e-14, pressure_viscosity=0.0)
+    result = _engine(run, soft, 500.0, 690.0, 2)
+    least = result.extreme("joints/B/gap_min", begin=math.radians(70.0) / CRANK)
+    return values | {"elastic_film": float(least.value)}
 
 
 @problem("a friction rig: a loaded bearing from mixed friction to full film")

@@ -31,22 +31,28 @@ class Film:
         self.axial, self.sides = sparse.kron(one, rise).tocsr(), sparse.kron(one, mean).tocsr()
         down = sparse.diags([np.ones(m), -np.ones(m - 1)], [0, -1], (m, m)) * ratio**2 / depth
         self.drain = sparse.kron(one, down).tocsr()
-        self.gap_ends = np.zeros(m)
         self.half = 0.5 * width
         self.cell = width * depth * 2.0
         self.pressure = np.zeros(n * m)
 
     def solve(self, eps, rate, w):
         """Forces along and across the line of centres, over mu L R^3 / c^2; steady but for rate."""
-        each = np.ones(self.m)
-        cells = np.kron(1.0 + eps * np.cos(self.theta), each)
-        middle = np.kron(1.0 + eps * np.cos(self.theta + self.half), each)
-        source = 12.0 * rate * np.kron(np.cos(self.theta), each)
+        gaps = (self.spread(1.0 + eps * np.cos(self.theta + at)) for at in (0.0, self.half))
+        return self.settle(*gaps, w, 12.0 * rate * self.spread(np.cos(self.theta)))
+
+    def spread(self, around):
+        """Values around at all cells."""
+        return np.kron(around, np.ones(self.m))
+
+    def settle(self, cells, middle, w, source, pace=0.0):
+        """Forces of the pressure that solves the equation, along theta = 0 and across; cells,
+        middle: rigid gap in cells and on faces; pace: of the source with the yield of the layer.
+        """
         p = self.pressure
         for _ in range(60):
             ring, side = middle + self.soft * (self.faces @ p), cells + self.soft * (self.sides @ p)
             slope, fall = self.around @ p, self.axial @ p
-            g = 6.0 * w * (self.out @ ring) + source
+            g = 6.0 * w * (self.out @ ring) + source + pace * self.soft * p
             g = g - self.out @ (ring**3 * slope) - self.drain @ (side**3 * fall)
             d = sparse.diags
             matrix = -self.out @ d(ring**3) @ self.around - self.drain @ d(side**3) @ self.axial
@@ -54,12 +60,13 @@ class Film:
                 bent = 6.0 * w - 3.0 * ring**2 * slope
                 matrix = matrix + self.soft * self.out @ d(bent) @ self.faces
                 matrix = matrix - 3.0 * self.soft * self.drain @ d(side**2 * fall) @ self.sides
+                matrix = matrix + pace * self.soft * sparse.eye(p.size)
             matrix = matrix.tocsr()
             live = p - g / matrix.diagonal() > 0.0
             new = np.zeros(p.size)
             new[live] = spsolve(matrix[live][:, live].tocsc(), (matrix[live] @ p - g[live]))
             change, p = np.abs(new - p).max(), new
-            if change <= 1e-12 * np.abs(p).max():
+            if change <= 1e-11 * np.abs(p).max():
                 break
         self.pressure = p
         rows = p.reshape(self.n, self.m).sum(axis=1) * self.cell
