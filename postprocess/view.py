@@ -145,18 +145,23 @@ def _write(path: Path, text: str) -> Path:
     return path
 
 
-def document(facts: dict, blocks: list[str]) -> str:
-    """The page as text."""
+def document(facts: dict, blocks: list[str], module: str = "") -> str:
+    """The page as text; module: WebAssembly in base64, of a page that computes."""
+    names = (*SCRIPTS, "live.js") if module else SCRIPTS
     script = '"use strict";\n' + "\n".join(
-        (PAGE / name).read_text(encoding="utf-8") for name in SCRIPTS
+        (PAGE / name).read_text(encoding="utf-8") for name in names
     )
     style = (PAGE / "page.css").read_text(encoding="utf-8")
     texts = (
         f'<script type="text/plain" id="block{i}">{block}</script>'
         for i, block in enumerate(blocks)
     )
+    rules = policy(script, style)
+    if module:
+        texts = (*texts, f'<script type="text/plain" id="module">{module}</script>')
+        rules = rules.replace("script-src ", "script-src 'wasm-unsafe-eval' ")
     parts = {
-        "POLICY": policy(script, style),
+        "POLICY": rules,
         "TITLE": html.escape(facts["title"]),
         "STYLE": style,
         "SCRIPT": script,

@@ -12,6 +12,9 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument("--fmu", metavar="FILE.fmu", help="write a unit (FMI 3.0)")
     p.add_argument("--c", metavar="FOLDER", help="write C99 source, with a main that prints a run")
     p.add_argument(
+        "--page", metavar="FILE.html", help="write a page that computes: sliders move the mechanism"
+    )
+    p.add_argument(
         "--check",
         action="store_true",
         help="run the unit by FMPy beside the own run, and print the largest difference",
@@ -21,14 +24,18 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Write what is requested."""
-    from clearance.exporting.export import export
+    from clearance.exporting.export import Exported, export
+    from clearance.exporting.model import Model
 
-    if options.c is None and options.fmu is None:
-        raise ValueError("export: give --fmu FILE.fmu, --c FOLDER, or both")
+    if options.c is options.fmu is options.page is None:
+        raise ValueError("export: give --fmu FILE.fmu, --c FOLDER or --page FILE.html")
     if options.check and options.fmu is None:
         raise ValueError("export: --check needs --fmu FILE.fmu")
     _, values, scene = scene_of(options)
-    exported = export(scene, c=options.c, fmu=options.fmu)
+    if options.c is options.fmu is None:
+        exported = Exported(Model(scene), None, None, ())
+    else:
+        exported = export(scene, c=options.c, fmu=options.fmu)
     model = exported.model
     document = {
         "parameters_given": values,
@@ -40,6 +47,10 @@ def run(options) -> int:
         "outputs": [c.path for c in model.layout.channels],
         "states": model.layout.names,
     }
+    if options.page:
+        from clearance.postprocess.live import live
+
+        document["page"] = str(live(model, options.page))
     differences = []
     if options.check:
         from clearance.exporting.check import checked
@@ -55,6 +66,8 @@ def run(options) -> int:
         print(f"wrote {exported.fmu}: sources, {_binaries(exported.platforms)}")
     if exported.c:
         print(f"wrote {exported.c}; cc -std=c99 -O2 -ffp-contract=off {exported.c}/*.c -lm")
+    if options.page:
+        print(f"wrote {options.page}")
     for d in differences:
         print(f"{d.kind}: within {d.share:.2g} of the size of {d.name} over {d.until:.6g} s")
     for message in differences[0].messages if differences else ():

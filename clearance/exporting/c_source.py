@@ -14,7 +14,7 @@ from clearance.version import VERSION
 
 RUNTIME = Path(__file__).parent / "runtime"
 COMMON = ("machine.h", "machine.c", "stepper.c")
-MAIN, INTERFACE = "main.c", "fmi3.c"
+MAIN, INTERFACE, PAGE = "main.c", "fmi3.c", "page.c"
 WIDTH = 96
 #: constants of the loop that the stepper in C shares
 CONTROL = ("SQUEEZE", "FILM_ERROR", "RESOLVED", "FORGET", "SMALLEST", "CLEARLY", "EARLIEST")

@@ -25,6 +25,8 @@ def test_commands_and_program(folder, capsys):
     """The check is within what the page states; the program prints a force of this turn."""
     exports, compiling = blocks("sh", PAGE)
     for line in exports.strip().splitlines():
+        if "--page" in line:  # test_live.py has it
+            continue
         assert main(shlex.split(line, comments=True)[1:]) == 0
     lines = [x for x in capsys.readouterr().out.splitlines() if "within" in x]
     shares = [float(x.split("within ")[1].split()[0]) for x in lines]

@@ -579,6 +579,7 @@ int machine_advance(Machine *m, double until, int stop_at_events, int *early)
 {
     int code = MADE;
     *early = 0;
+    if (!(until > m->time)) return MADE;
     machine_depart(m);
     machine_look_ahead(m);
     if (!m->begun) begin(m, until);
