@@ -48,9 +48,12 @@ def run(options) -> int:
         "states": model.layout.names,
     }
     if options.page:
+        from clearance.exporting import page
+        from clearance.exporting.unit import module
         from clearance.postprocess.live import live
 
-        document["page"] = str(live(model, options.page))
+        wasm = module(model)
+        document["page"] = str(live(page.first_run(model), options.page, page.facts(model), wasm))
     differences = []
     if options.check:
         from clearance.exporting.check import checked
