@@ -502,7 +502,8 @@ def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
     late = time >= time[-1] - turns * (result.turn or time[-1] / 4.0)
     ratio, state = channels.film_thickness_ratio[late], _states(result, joint)[late]
     if f"joints/{joint}/elastic_film" in result:
-        axes.plot(time[late], ratio, color="0.6", lw=0.6, ls="--")
+        axes.plot(time[late], ratio, color="0.6", lw=0.6, ls="--", label="without deflection")
+        axes.legend(frameon=False, fontsize="small", loc="upper left")
         ratio = channels.elastic_film[late] / result.described(joint)["roughness"]
     _coloured(
         axes,

@@ -16,6 +16,13 @@ def add(commands) -> argparse.ArgumentParser:
     return p
 
 
+def _short(fact: object) -> str:
+    """A fact in print: of texts of several lines, such as a law's source, their number."""
+    text = str(fact)
+    lines = text.strip().count("\n") + 1
+    return f"text of {lines} lines" if lines > 1 else text if len(text) <= 80 else f"{text[:77]}..."
+
+
 def run(options) -> int:
     """Print what both runs do not share, then the numbers that both have."""
     from clearance.metrics.tables import changed_facts, differences
@@ -31,7 +38,7 @@ def run(options) -> int:
         facts = [{"name": n, "first": a, "second": b} for n, a, b in facts]
         print(json_text({"facts": facts, "metrics": about}))
         return DONE
-    lines = [f"  {name}: {first} | {second}" for name, first, second in facts]
+    lines = [f"  {name}: {_short(first)} | {_short(second)}" for name, first, second in facts]
     print("\n".join(["not shared:", *lines] if lines else ["the runs share scene and options"]))
     print(f"{'number':<40} {'A':>13} {'B':>13} {'B - A':>12} {'share':>9} {'errors':>9}")
     for r in rows:

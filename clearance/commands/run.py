@@ -393,9 +393,10 @@ def _joint_line(joint: dict) -> str:
             joint.get("smallest_gap_error"),
         )
         gap = with_error(joint["smallest_gap"] * 1e6, error and error * 1e6, "um", bracket)
-        parts.append(f"smallest gap {gap}")
-    # surfaces that press into each other have no film
-    if joint.get("smallest_film_thickness_ratio", -1.0) >= 0.0:
+        parts.append(f"smallest {'nominal ' if 'moes_load' in joint else ''}gap {gap}")
+    # surfaces that press into each other have no film; elastic ones have another one
+    nominal = "moes_load" not in joint
+    if nominal and joint.get("smallest_film_thickness_ratio", -1.0) >= 0.0:
         parts.append(f"film thickness ratio down to {joint['smallest_film_thickness_ratio']:.3g}")
     if "share_full_film" in joint:
         shares = (f"{text} {joint[n]:.0%}" for n, text in SHARES.items() if joint[n] >= 0.005)
@@ -405,8 +406,12 @@ def _joint_line(joint: dict) -> str:
 
         regime = regime_of(joint["moes_load"], joint.get("piezoviscous_number", 0.0))
         numbers = f"M {joint['moes_load']:.2g}, L {joint['moes_material']:.2g} ({regime})"
-        film = f"{joint['film_over_rigid']:.3g} of the rigid film"
-        parts.append(f"at the thinnest film {numbers}, {film}")
+        film = f"{1e6 * joint['least_elastic_film']:.4g} um on the elastic surfaces"
+        ratio = f"{joint['least_elastic_ratio']:.3g} roughnesses"
+        parts.append(
+            f"thinnest film {film} ({ratio}, {joint['film_over_rigid']:.3g} of the rigid film), "
+            f"{numbers} there"
+        )
     if "film_table_error_closing" in joint:
         parts.append(
             f"film table within {joint['film_table_error_closing']:.1e}{_film_part(joint)}"

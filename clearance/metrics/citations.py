@@ -20,7 +20,7 @@ NAME = r"[A-Z][\w'-]+(?: de [A-Z]\w+)?"
 NAMES = rf"(?P<author>{NAME}(?:, {NAME})* and {NAME}|{NAME}(?: et al\.)?)"
 #: authors, journal and its volume, year, page
 ARTICLE = re.compile(
-    NAMES + r", (?P<journal>[^(]*?) (?P<volume>\d+) \((?P<year>\d{4})\) (?P<pages>\d+)"
+    NAMES + r", (?P<journal>[^(]*?) (?P<volume>\d+) \((?P<year>\d{4})\)(?: (?P<pages>\d+))?"
 )
 BOOK = re.compile(NAMES + r",? (?P<title>[A-Z][^()]*?),? ?\((?P<year>\d{4})\)")
 YEAR = re.compile(r"\b(1[89]\d{2}|20\d{2})\b")
@@ -79,7 +79,8 @@ def _sources(law: str) -> tuple[str, ...]:
 def _fields(text: str) -> dict[str, str]:
     """Fields of an entry, as far as the text has them."""
     match = ARTICLE.match(text) or BOOK.match(text)
-    return (match.groupdict() if match else {"year": YEAR.search(text)[1]}) | {"note": text}
+    fields = match.groupdict() if match else {"year": YEAR.search(text)[1]}
+    return {n: v for n, v in fields.items() if v} | {"note": text}
 
 
 def _key(fields: dict[str, str], users: list[str]) -> str:

@@ -11,6 +11,8 @@ from clearance.results.record import Record
 ELASTIC = {
     "moes_load": ("Moes' number M at the thinnest film", "1"),
     "moes_material": ("Moes' number L there", "1"),
+    "least_elastic_film": ("thinnest film on the elastic surfaces", "m"),
+    "least_elastic_ratio": ("that film over the composite roughness", "1"),
     "film_over_rigid": ("film over that of rigid surfaces there", "1"),
     "deflection_over_film": ("deflection over film there", "1"),
     "load_in_mixed": ("share of the load in the mixed, elastic state", "1"),
@@ -48,6 +50,8 @@ def elastic_state(record: Record, joint: dict) -> dict[str, float]:
     values = (
         share / root,
         joint["elastic"]["pressure_viscosity"] * stiff * math.sqrt(root),
+        float(film[most]),
+        float(film[most]) / joint["roughness"],
         float(film[most] / rigid[most]),
         float((film[most] - gap[most]) / film[most]),
         float((load * mixed).sum() / load.sum()),

@@ -3,7 +3,7 @@ means over turns.
 
 The largest value of a dry run grows with the number of its turns. For a slider-crank it is 2.65
 times the mean of turn peaks after 10 turns, and 3.56 times after 500. Where some joint is dry the
-extremes are therefore left out, and there are
+extremes are therefore left out, but for the thinnest films of oiled joints, and there are
 
   <name>_peak_mean                of a quantity of by_turn.py: mean of its largest values in a turn
   <name>_peak_mean_half_width     half of the 95 % interval of that mean, from eight turns on
@@ -47,7 +47,17 @@ def of_point(
         return values
     texts = {name: metric.text for name, metric in values.items()}
     numbers = {n: Metric(float(v), *about) for n, v, *about in statistics(by_name, texts)}
-    return numbers | {n: m for n, m in values.items() if m.time is None and not n.endswith("_max")}
+    oiled = set(of_films(record.scene))
+    stay = (n for n, m in values.items() if m.time is None and not n.endswith("_max"))
+    return numbers | {n: values[n] for n in (*stay, *(n for n in values if n in oiled))}
+
+
+def of_films(scene: dict) -> Iterator[str]:
+    """Names of the extremes of oiled joints, which a scene with dry ones has too."""
+    for joint in scene["joints"]:
+        if joint.get("film"):
+            for extreme in ("gap_min", "eccentricity_ratio_max", "film_thickness_ratio_min"):
+                yield f"joint_{joint['name']}_{extreme}"
 
 
 def peak_means(peaks: dict[str, Series]) -> Numbers:

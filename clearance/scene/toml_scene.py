@@ -126,7 +126,7 @@ def _parts(document: Mapping, path: Path) -> Scene:
     bodies = document.get("body", {})
     shared = {name: document.get(name, {}) for name in SHARED}
     parts = Parts(bodies, tables, partial(_law, path.parent), shared)
-    for name in Material.table():
+    for name in Material.table().keys() - shared["material"].keys():
         parts.ready["material", name] = Material.named(name)
     for name in bodies:
         parts.body(name)

@@ -8,7 +8,9 @@ import pytest
 from scipy.io import loadmat
 
 import clearance as cl
+from clearance.commands.diff import _short
 from clearance.identify.measured import read
+from clearance.metrics.citations import _fields
 from clearance.metrics.tables import _with_error, differences
 
 SLIDER = ["bodies/slider/*"]
@@ -126,3 +128,19 @@ def test_users36_every_law_has_a_source_that_can_be_cited():
         and not _sources(f"{law.__module__}:{n}")
     ]
     assert bare == ["impact", "superposed"]
+
+
+def test_articles_without_a_page_are_articles():
+    """A journal and its volume make an article; books have a title."""
+    fields = _fields("Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)")
+    assert (fields["journal"], fields["volume"], fields["year"]) == ("Automatica", "30", "1994")
+    assert not {"title", "pages"} & fields.keys()
+    assert _fields("Hunt and Crossley, J. Appl. Mech. 42 (1975) 440")["pages"] == "440"
+    assert "journal" not in _fields("Hairer and Wanner, Solving Equations II (1996)")
+
+
+def test_sources_of_laws_do_not_drown_differences():
+    """`clearance diff` prints how long a text of several lines is, not the text."""
+    assert _short("a = 1\nb = 2\n") == "text of 2 lines"
+    assert _short(0.3) == "0.3"
+    assert len(_short("x" * 500)) == 80

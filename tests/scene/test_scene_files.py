@@ -501,3 +501,18 @@ def test_the_text_of_a_law_does_not_replace_a_module(monkeypatch):
     document["sources"][name]["text"] += "\n# a third\n"
     cl.Scene.from_json(json.dumps(document))
     assert name not in sys.modules
+
+
+def test_a_material_of_the_file_goes_before_one_of_the_table(tmp_path):
+    """Its own numbers count where the table has that name too, and unknown fields are named."""
+    path = tmp_path / "own.toml"
+    table = '[material]\nsteel = { young = "3 GPa", poisson = 0.4, density = 1400 }\n\n[lubricant]'
+    text = FEEDER.replace("[lubricant]", table).replace(
+        "B.film =", 'B.material = "steel"\nB.film ='
+    )
+    path.write_text(text)
+    (joint,) = (j for j in cl.load_case(path).joints if j.name == "B")
+    assert (joint.material.young, joint.material.name) == (3e9, "steel")
+    path.write_text(text.replace("density = 1400", "density = 1400, nonsense = 3"))
+    with pytest.raises(ValueError, match="nonsense"):
+        cl.load_case(path)

@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 import clearance as cl
 from clearance.metrics import metrics as defined
 from clearance.metrics.metrics import Window, integrating, metrics, own
+from clearance.metrics.of_points import of_point
 from clearance.results.extremes import Extremes, guides
 from clearance.results.memory import Memory
 from clearance.run import ideal_motion as ideals
@@ -1030,3 +1031,31 @@ def test_ideal_motion_beside_a_thermal_node():
     heated = cl.Scene(*joints, *plain.loads, node, name="heated")
     (_, expected), (_, actual) = (recorded(s, turns=1) for s in (plain, heated))
     np.testing.assert_array_equal(actual["slider"], expected["slider"])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_dry_joint_leaves_the_films_of_others_their_metrics(seed):
+    """The thinnest film of an oiled joint is a metric of a point beside a dry joint, as it is of
+    the run. Penetrations of the dry one are means over turns.
+    """
+    rng = np.random.default_rng(seed)
+    clearance, speed = rng.uniform(3e-5, 1e-4), rng.uniform(6.0, 20.0)
+    crank = cl.Body("crank", 0.3, 1e-4, points={"A": (-0.025, 0), "B": (0.025, 0)})
+    rod = cl.Body("rod", 0.21, 2.5e-4, points={"B": (-0.06, 0), "C": (0.06, 0)})
+    slider = cl.Body("slider", 0.5, 1e-5, points={"C": (0, 0)})
+    size = {"radius": 0.01, "length": 0.02}
+    oil = {"lubricant": cl.Lubricant(0.05), "film": cl.short_film(), "roughness": 8e-7}
+    hard = cl.lankarani_nikravesh(restitution=0.8)
+    scene = cl.Scene(
+        cl.Revolute(cl.ground.at(0, 0), crank["A"], name="A"),
+        cl.ClearanceRevolute(crank["B"], rod["B"], name="B", clearance=clearance, **size, **oil),
+        cl.ClearanceRevolute(rod["C"], slider["C"], name="C", clearance=1e-4, contact=hard, **size),
+        cl.Prismatic(cl.ground.at(0, 0), slider["C"], axis=(1, 0), name="guide"),
+        cl.Drive(crank, speed=speed),
+    )
+    run = cl.simulate(scene, turns=2, error=None)
+    point, complete = of_point(run), metrics(run)
+    for name in ("gap_min", "eccentricity_ratio_max", "film_thickness_ratio_min"):
+        assert point[f"joint_B_{name}"] == complete[f"joint_B_{name}"]
+    assert "joint_C_penetration_peak_mean" in point
+    assert "joint_C_gap_min" not in point
