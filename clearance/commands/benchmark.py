@@ -3,32 +3,43 @@
 import argparse
 from pathlib import Path
 
-from clearance.commands.common import DONE, Line, add_command, json_text, number
+from clearance.commands.common import DONE, FAILED, Line, add_command, json_text, number
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "benchmark", epilog="Their statements are in docs/benchmark.")
-    p.add_argument("names", metavar="NAME", nargs="*", help="problems to run (default: list all)")
+    p.add_argument(
+        "names",
+        metavar="NAME",
+        nargs="*",
+        help="problems to run, or their numbers (default: list all)",
+    )
     p.add_argument("--list", action="store_true", help="list the problems")
-    p.add_argument("--against", metavar="CSV", help="compare another code's values of one problem")
+    p.add_argument(
+        "--against",
+        metavar="CSV",
+        help="compare another code's values of one problem; exit status 1 where one is off",
+    )
     p.add_argument("--rtol", type=number, metavar="R", help="tolerance of the motions (1e-11)")
-    p.add_argument("-o", dest="output", metavar="CSV", help="write the reference values of one")
+    p.add_argument(
+        "-o", dest="output", metavar="CSV", help="write the references of one, run nothing"
+    )
     return p
 
 
 def run(options) -> int:
-    """List, run or compare; exit status 0 also where values lie outside their errors."""
-    from clearance.studies.benchmark.problems import PROBLEMS, RTOL, benchmark
+    """List, run or compare; exit status 1 where another code's values are outside or missing."""
+    from clearance.studies.benchmark.problems import PROBLEMS, RTOL, benchmark, named
     from clearance.studies.benchmark.rows import source
 
-    names = [] if options.list else options.names
+    names = [] if options.list else [named(name) for name in options.names]
     if (options.against or options.output) and len(names) != 1:
         raise ValueError("--against and -o need one problem: clearance benchmark NAME")
     if options.rtol is None:
         options.rtol = RTOL
     line, answers = Line(options), []
-    for name in names:
+    for name in [] if options.output and not options.against else names:
         line(name)
         answers.append(benchmark(name, options.against, rtol=options.rtol))
         line.clear()
@@ -40,5 +51,6 @@ def run(options) -> int:
         listed = {name: problem.text for name, problem in PROBLEMS.items()}
         print(json_text({a.name: a.plain for a in answers} if names else listed))
     elif not names:
-        print(*(f"{name:20} {problem.text}" for name, problem in PROBLEMS.items()), sep="\n")
-    return DONE
+        for number, (name, problem) in enumerate(PROBLEMS.items(), 1):
+            print(f"{number:2} {name:20} {problem.text}")
+    return FAILED if options.against and not answers[0].inside else DONE

@@ -8,8 +8,9 @@ import pytest
 import clearance as cl
 from clearance.accuracy.horizon import Problem
 from clearance.film.conserving import MemoryFilm
-from clearance.studies.benchmark.problems import PROBLEMS, benchmark
-from clearance.studies.benchmark.rows import foreign, references
+from clearance.studies.benchmark.foreign import foreign
+from clearance.studies.benchmark.problems import PROBLEMS, benchmark, named
+from clearance.studies.benchmark.rows import references
 from tests.oracles.benchmark.rotating_load import place
 from tests.oracles.exudyn import Exudyn
 
@@ -102,6 +103,7 @@ def test_the_page_has_all_rows(name):
     for row in rows:
         unit, value, error = table[row.quantity]
         assert unit == row.unit
+        assert "torque" not in row.quantity or unit == "N m"
         assert abs(float(value) - row.value) <= 0.1 * row.error
         assert float(error) == row.error
     assert "clearance.studies" not in page
@@ -132,6 +134,12 @@ FORMS = {
     "spaces": "impact_1_time 0.00441\nimpact_2_time 1.01d-2\n",
     "bars": "\ufeff| quantity | value | unit |\n|---|---|---|\n| impact_2_time | 10100 | us |\n"
     "| `impact_1_time` | .00441 | |\n",
+    "units of names": "impact_1_time [ms],4.41\nimpact_2_time (us),10100\n",
+    "columns": "quantity,error,reference,value [ms],note\nimpact_1_time,1,1,4.41,fine\n"
+    "impact_2_time,1,1,10.1,good\n",
+    "references beside": "# quantity;reference;mine\nimpact_1_time;1;4.41e-3\n"
+    "impact_2_time;1;.0101\n",
+    "signs": "impact_1_time: 4410 µs\nimpact_2_time = 10.1 [ms]\n# made on 12 May, in 3 s\n",
 }
 
 
@@ -140,7 +148,8 @@ def test_files_are_read_in_many_forms(form, tmp_path):
     """Order, header, delimiter, decimal commas, capitals and units."""
     path = tmp_path / "mine.csv"
     path.write_text(FORMS[form])
-    values = foreign(path, references("bouncing_journal"))
+    values, unknown = foreign(path, references("bouncing_journal"))
+    assert not unknown
     assert values == pytest.approx({"impact_1_time": 0.00441, "impact_2_time": 0.0101}, rel=1e-12)
 
 
@@ -150,7 +159,14 @@ def test_files_are_read_in_many_forms(form, tmp_path):
         ("impact_1_tme,0.1\n", "no line has a quantity .*did you mean impact_1_time"),
         ("impact_1_time,0.1\nimpact_1_time,0.2\n", "mine.csv:2: impact_1_time is there twice"),
         ("impact_1_time,0.1,mm\n", "mine.csv:1: impact_1_time: mm is no unit of it; s is"),
-        ("impact_1_time,-\n", "mine.csv:1: impact_1_time: no number"),
+        ("impact_1_time,4.41,msec\n", "mine.csv:1: impact_1_time: 'msec' is no unit .*mean ms"),
+        ("impact_1_time,4.41msec\n", "'msec' is no unit"),
+        ("impact_1_time [msec],4.41\n", "'msec' is no unit"),
+        ("impact_1_time,soon\n", "'soon' is no number"),
+        ("quantity,value\nimpact_1_time,soon\n", "'soon' is no number"),
+        ("impact_1_time,5.28 10^-6\n", "write 5.28e-6"),
+        ("impact_1_time 5.28 x 10^-6\n", "write 5.28e-6"),
+        ("impact_1_time;1.234,5\n", "',5' is no unit"),
     ],
 )
 def test_other_files_are_refused_in_words(text, message, tmp_path):
@@ -169,18 +185,47 @@ def test_the_command_compares_a_file(typed, tmp_path):
     assert again.work is None
     assert all(c.inside and c.off == 0.0 for c in again.rows)
     path.write_text("impact_1_time,2.7,ms\n")
-    document = typed(f"benchmark guide --against {path} --json").document["guide"]
+    document = typed(f"benchmark guide --against {path} --json", status=1).document["guide"]
     assert document["rows"][0]["value"] == pytest.approx(2.7e-3)
     assert document["rows"][1]["value"] is None
-    printed = typed(f"benchmark guide --against {path}").out
+    printed = typed(f"benchmark guide --against {path}", status=1).out
     assert "outside" in printed.splitlines()[2]
     assert "missing" in printed.splitlines()[3]
     assert "0 of 36 within" in printed
 
 
+def test_unknown_names_are_listed_and_missing_values_are_missing(typed, tmp_path):
+    """A line with a number and a name that the problem lacks is listed; a dash is no value."""
+    path = tmp_path / "mine.csv"
+    path.write_text("depth_10,-\ndepth_10000,5e-6\ndepth_100,\nmade by hand\ndepth_1000,3.4e-5\n")
+    values, unknown = foreign(path, references("worn_bushing"))
+    assert values == {"depth_1000": 3.4e-5}
+    assert unknown == ["depth_10000 (did you mean depth_1000?)"]
+    printed = typed(f"benchmark 11 --against {path}", status=1).out
+    assert "unknown: depth_10000 (did" in printed
+    assert printed.count("missing") == 2
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_the_file_of_references_is_read_back(name, typed, tmp_path):
+    """All values as they are: its header names the column, also of the unit 1."""
+    path = tmp_path / "mine.csv"
+    typed(f"benchmark {name} -o {path}")
+    assert foreign(path, references(name)) == ({r.quantity: r.value for r in references(name)}, [])
+    assert typed(f"benchmark {name} --against {path}", status=0)
+
+
+def test_numbers_are_names(typed):
+    """The number of a problem stands for its name, as the pages have it."""
+    for number, name in enumerate(PROBLEMS, 1):
+        assert named(number) == named(str(number)) == named(name) == name
+        assert (PAGES / f"{name}.md").read_text().startswith(f"# {number} ")
+    typed("benchmark 13", status=2)
+
+
 def test_the_command_lists(typed):
     """A line for each problem; an unknown name has the close one."""
-    assert [line.split()[0] for line in typed("benchmark").out.splitlines()] == list(PROBLEMS)
+    assert [line.split()[1] for line in typed("benchmark").out.splitlines()] == list(PROBLEMS)
     assert list(typed("benchmark --list --json").document) == list(PROBLEMS)
     typed("benchmark feder", status=2)
     typed("benchmark --against mine.csv", status=2)

@@ -43,21 +43,29 @@ class Problem:
 
 @dataclass(frozen=True)
 class Answer:
-    """Values of a problem beside their references; work: of a run, None of another code's."""
+    """Values of a problem beside their references; work: of a run, None of another code's;
+    unknown: names in the file of another code that the problem does not have.
+    """
 
     name: str
     rows: list[Comparison]
     work: Work | None = None
+    unknown: tuple[str, ...] = ()
+
+    @property
+    def inside(self) -> bool:
+        """All rows have a value within the error of its reference."""
+        return all(row.inside for row in self.rows)
 
     def __str__(self) -> str:
-        work = [f"work: {self.work}"] if self.work else []
-        return "\n".join([f"{self.name}: {PROBLEMS[self.name].text}", *table(self.rows), *work])
+        last = [f"work: {self.work}"] if self.work else [f"unknown: {n}" for n in self.unknown]
+        return "\n".join([f"{self.name}: {PROBLEMS[self.name].text}", *table(self.rows), *last])
 
     @property
     def plain(self) -> dict:
-        """Values, references, errors and work as plain data."""
+        """Values, references, errors, unknown names and work as plain data."""
         rows = [asdict(c.row) | {"reference": c.row.value, "value": c.value} for c in self.rows]
-        return {"rows": rows, "work": self.work and asdict(self.work)}
+        return {"rows": rows, "unknown": self.unknown, "work": self.work and asdict(self.work)}
 
 
 PROBLEMS: dict[str, Problem] = {}

@@ -7,23 +7,34 @@ from pathlib import Path
 from clearance.results.run_warning import RunWarning
 from clearance.scene.law_names import one_of
 from clearance.studies.benchmark import bearings, mechanisms, motions  # noqa: F401
+from clearance.studies.benchmark.foreign import foreign
 from clearance.studies.benchmark.problem import PROBLEMS, RTOL, Answer, Work
-from clearance.studies.benchmark.rows import compared, foreign, references
+from clearance.studies.benchmark.rows import compared, references
 from clearance.values import checks
 
 
-def benchmark(name: str, against: str | Path | None = None, *, rtol: float = RTOL) -> Answer:
+def named(name: str | int) -> str:
+    """Name of a problem by its name or number. Raises ValueError for an unknown one."""
+    numbers = {str(i): key for i, key in enumerate(PROBLEMS, 1)}
+    name = numbers.get(str(name), str(name))
+    one_of("benchmark", name, PROBLEMS)
+    return name
+
+
+def benchmark(name: str | int, against: str | Path | None = None, *, rtol: float = RTOL) -> Answer:
     """A problem of the benchmark set: computed values beside the reference values.
 
-    name: of the problem, see `clearance benchmark`; against: CSV file of another code, whose values
-    are compared and nothing is run (docs/benchmark.md states its form); rtol: of the motions.
-    `print` shows the table; rows have `value`, `row.value`, `row.error`, `off` and `inside`.
+    name: of the problem, or its number, see `clearance benchmark`; against: CSV file of another
+    code, whose values are compared and nothing is run (docs/benchmark.md states its form); rtol: of
+    the motions. `print` shows the table; rows have `value`, `row.value`, `row.error`, `off` and
+    `inside`, the answer `inside` of all rows, and `unknown` names.
     Raises ValueError for an unknown name and for a file without values of the problem.
     """
-    one_of("benchmark", name, PROBLEMS)
+    name = named(name)
     rows = references(name)
     if against is not None:
-        return Answer(name, compared(rows, foreign(against, rows)))
+        values, unknown = foreign(against, rows)
+        return Answer(name, compared(rows, values), unknown=tuple(unknown))
     work, began = Work(checks.positive("rtol", rtol)), time.perf_counter()
     with warnings.catch_warnings():  # the laws are those of the statement
         warnings.simplefilter("ignore", RunWarning)

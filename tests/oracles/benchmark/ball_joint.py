@@ -1,10 +1,11 @@
-"""Problem 12 from its page alone: scipy's Radau in sections, the energy as a state."""
+"""Problem 12 from its page alone: scipy's DOP853 in sections, the energy as a state."""
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 TILT, SPIN = (2.0, 2.5, 0.05, 1000.0, 1.0, 0.05), (1.5, 1.8, 0.08, 700.0, 0.8, 0.04)
 KINETIC, STATIC, SPEED, STIFFNESS, DAMPING, VISCOUS = np.transpose([TILT, TILT, SPIN])
+UNITS = {"torque_x": "N m", "torque_y": "N m"}
 SIZES, SPEEDS = np.array([0.4, 0.3, 1.0]), 2.0 * np.pi * np.array([2.0, 3.0, 1.0])
 
 

@@ -1,5 +1,5 @@
-"""Problem 5 from its page alone, in its own coordinates: angles of crank and rod, place and tilt of
-the block; numpy and scipy.
+"""Problem 5 from its page alone: all bodies in absolute coordinates with multipliers, and scipy's
+DOP853.
 """
 
 import numpy as np

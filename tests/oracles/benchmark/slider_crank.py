@@ -1,4 +1,6 @@
-"""Problem 2 from its page alone: the bodies of multibody.py, and scipy."""
+"""Problem 2 from its page alone: all bodies in absolute coordinates with multipliers, and scipy's
+DOP853.
+"""
 
 import math
 
