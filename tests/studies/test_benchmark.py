@@ -197,7 +197,9 @@ def test_the_command_compares_a_file(typed, tmp_path):
 def test_unknown_names_are_listed_and_missing_values_are_missing(typed, tmp_path):
     """A line with a number and a name that the problem lacks is listed; a dash is no value."""
     path = tmp_path / "mine.csv"
-    path.write_text("depth_10,-\ndepth_10000,5e-6\ndepth_100,\nmade by hand\ndepth_1000,3.4e-5\n")
+    path.write_text(
+        "# mine, 3\ndepth_10,-\ndepth_10000,5e-6\ndepth_100,\nmade by hand\ndepth_1000,3.4e-5\n"
+    )
     values, unknown = foreign(path, references("worn_bushing"))
     assert values == {"depth_1000": 3.4e-5}
     assert unknown == ["depth_10000 (did you mean depth_1000?)"]
@@ -213,6 +215,25 @@ def test_the_file_of_references_is_read_back(name, typed, tmp_path):
     typed(f"benchmark {name} -o {path}")
     assert foreign(path, references(name)) == ({r.quantity: r.value for r in references(name)}, [])
     assert typed(f"benchmark {name} --against {path}", status=0)
+
+
+def test_a_printed_table_is_read_back(tmp_path):
+    """The answer of the command, in spaces: all values, and no line of it is a stranger."""
+    path, answer = tmp_path / "mine.txt", benchmark("bouncing_journal")
+    path.write_text(str(answer))
+    again = benchmark(1, path)
+    assert again.unknown == ()
+    assert again.inside
+    assert [c.value for c in again.rows] == pytest.approx([c.value for c in answer.rows], rel=1e-9)
+
+
+def test_the_unit_one_is_no_value(tmp_path):
+    """Without a header, too: a 1 between a name without unit and its value."""
+    path = tmp_path / "mine.csv"
+    path.write_text("ratio_1,1,0.9888,1e-9\nratio_3;0,9807\nshaft,ratio_10,0.9649\n")
+    values, unknown = foreign(path, references("friction_rig"))
+    assert values == {"ratio_1": 0.9888, "ratio_3": 0.9807, "ratio_10": 0.9649}
+    assert unknown == []
 
 
 def test_numbers_are_names(typed):

@@ -99,7 +99,8 @@ def _stranger(cells: list[str]) -> str:
     """
     words = [i for i, cell in enumerate(cells) if re.search(r"[^\W\d]", _key(cell))]
     words = [i for i in words if not _NUMBER.match(cells[i]) and _plain(cells[i]) not in UNITS]
-    numbers = [i for i, cell in enumerate(cells) if _NUMBER.match(cell)]
+    matches = [match for match in map(_NUMBER.match, cells) if match]
+    numbers = [m for m in matches if _plain(m.string[m.end() :]) in {"", *UNITS}]
     return cells[words[0]] if numbers and 0 < len(words) < 3 else ""
 
 
@@ -111,7 +112,11 @@ def _value(cells: list[str], at: int, row: Row, columns: Columns) -> float | Non
         numbers = [columns.value] if columns.value < len(cells) else []
     else:
         numbers = [i for i in order if _NUMBER.match(cells[i])]
-    texts = [cells[i] for i in order if i not in numbers[:1] and not _NUMBER.match(cells[i])]
+        if row.unit == "1" and len(numbers) > 1 and cells[numbers[0]] == "1":
+            numbers = numbers[1:]  # behind its unit
+    texts = [i for i in order if i not in numbers[:1] and not _NUMBER.match(cells[i])]
+    behind = bool(numbers) and numbers[0] > at
+    texts = [cells[i] for i in texts if i > at or not behind or _plain(cells[i]) in UNITS]
     texts = [text for text in texts if text.lower() not in EMPTY and not text.startswith("#")]
     if any(_POWER.search(cells[i]) for i in order):
         raise ValueError("a power of ten stands by the number: write 5.28e-6")
