@@ -39,7 +39,7 @@ RTOL_APART = 1e-12  # of runs that make steps of their own
 APART = 1e-7  # of their differences, over the size of the parameter
 PARTED = 0.05  # change of slopes with the width of their differences, from which runs have parted
 # relative changes of the cost at which a start is judged, and the best one finished
-FINISH, LAST = 1e-6, 1e-12
+LEADING, FINISH, LAST = 1e-3, 1e-6, 1e-12
 MOST = 100  # evaluations of one start
 LOOKED = 16  # points between the bounds at which the cost is looked at, a start
 SETTLE = 2.0  # turns before a record, where nothing else is requested
@@ -433,7 +433,7 @@ class Problem(Varying):
             self.reason = str(reason)
             return Solved(x, math.inf, 1, False)
         for share in STAGES if self.touching else ():
-            before = self.first(share).solved(x)
+            before = self.first(share).solved(x, finish=LEADING)
             x = before.x if math.isfinite(before.cost) else x
         return self.solved(x)
 
