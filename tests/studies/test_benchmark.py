@@ -10,7 +10,8 @@ from clearance.accuracy.horizon import Problem
 from clearance.film.conserving import MemoryFilm
 from clearance.studies.benchmark.foreign import foreign
 from clearance.studies.benchmark.problems import PROBLEMS, benchmark, named
-from clearance.studies.benchmark.rows import references
+from clearance.studies.benchmark.rows import references, source
+from tests.oracles.benchmark.__main__ import unit
 from tests.oracles.benchmark.rotating_load import place
 from tests.oracles.exudyn import Exudyn
 
@@ -116,6 +117,15 @@ def test_the_list_has_a_page_for_each_problem():
     contents = text.rpartition("<!-- contents: ")[2].split()
     assert [f"benchmark/{name}" for name in PROBLEMS] == contents[:-1]
     assert all(f"(benchmark/{name}.md)" in text for name in PROBLEMS)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_the_maker_has_the_units_and_words_of_the_files(name):
+    """What makes a file again writes its units, and the second code's sentence in its remark."""
+    code = importlib.import_module(f"tests.oracles.benchmark.{name}")
+    for row in references(name):
+        assert unit(row.quantity, getattr(code, "UNITS", {})) == row.unit
+    assert source(name).splitlines()[0].endswith(" ".join(code.__doc__.split()))
 
 
 @pytest.mark.parametrize("name", [*PROBLEMS, "multibody", "reynolds"])
