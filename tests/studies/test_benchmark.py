@@ -121,7 +121,7 @@ def test_the_list_has_a_page_for_each_problem():
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_the_maker_has_the_units_and_words_of_the_files(name):
-    """What makes a file again writes its units, and the second code's sentence in its remark."""
+    """Its unit of each row, and the second code's sentence in the remark, are those of the file."""
     code = importlib.import_module(f"tests.oracles.benchmark.{name}")
     for row in references(name):
         assert unit(row.quantity, getattr(code, "UNITS", {})) == row.unit
