@@ -177,8 +177,8 @@ def draw(work: workshop.Workshop) -> None:
         finish(axes, "shaft torque [N m]", "speed [rpm]")
         axes.set_title(f"{pressure:g} MPa", loc="right", fontsize="medium")
     rms = {liner: float(np.sqrt(np.mean(d * d))) for liner, d in apart.items()}
-    style = stroke(1, 2)
-    last.plot([1e12 * k for k in liners], [rms[k] for k in liners], "o-", **style, label="elastic")
+    values = [rms[k] for k in liners]
+    last.plot([1e12 * k for k in liners], values, marker="o", label="elastic", **stroke(1, 2))
     last.axhline(rms[RIGID], **stroke(0, 2), lw=1.5, label="rigid")
     finish(last, "rms of ln(torque / published)", "compliance [µm/MPa]")
     work.keep(figure)
