@@ -50,7 +50,7 @@ def _joined(tokens: list[str]) -> str:
 
 
 def _group(tokens: list[str], i: int) -> tuple[str, int]:
-    """What a power or a root is of: a bracket, or one token with its sign; and where it ends."""
+    """The operand of a power or a root: a bracket, or a token with its sign; and its end."""
     if tokens[i] != "(":
         end = i + 2 if tokens[i] == "-" else i + 1
         return _joined(tokens[i:end]), end

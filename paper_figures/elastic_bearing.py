@@ -112,10 +112,8 @@ def rigid(bearing: Bearing, drag: str):
 
 def elastic(bearing: Bearing, liner: float, drag: str):
     """The same of a bearing with a liner, which asperities press in, too."""
-    film = MemoryFilm(
-        bearing, MESH, liner, False, drag=drag, grading=GRADING, asperity=ASPERITIES,
-        roughness=ROUGHNESS,
-    )  # fmt: skip
+    rough = {"asperity": ASPERITIES, "roughness": ROUGHNESS}
+    film = MemoryFilm(bearing, MESH, liner, False, drag=drag, grading=GRADING, **rough)
 
     def answer(eps: float, speed: float) -> tuple:
         radial, tangential, shear, _ = film.steady(eps, 0.0, speed)
@@ -182,7 +180,9 @@ def draw(work: workshop.Workshop) -> None:
     last.axhline(rms[RIGID], **stroke(0, 2), lw=1.5, label="rigid")
     finish(last, "rms of ln(torque / published)", "compliance [µm/MPa]")
     work.keep(figure)
-    work.text(["| compliance [m/Pa] | rms of ln(ratio) | largest deviation |", "|---|---|---|"] + [
+    rows = (
         f"| {k:g} | {rms[k]:.3f} | {100 * math.expm1(np.abs(d).max()):.0f} % |"
         for k, d in apart.items()
-    ])  # fmt: skip
+    )
+    heads = "| compliance [m/Pa] | rms of ln(ratio) | largest deviation |"
+    work.text([heads, "|---|---|---|", *rows])

@@ -18,9 +18,8 @@ if TYPE_CHECKING:
     Forces = Callable[[float, float, float], tuple[float, float]]
 
 STEP = 4e-3  # of the finite differences, over the film that is left
-CLOSE = 1e-10  # share of the load that the rest may miss
+CLOSE = 1e-12  # error of the logit at rest
 FURTHEST = 11.0  # logit of the eccentricity ratios between which a rest is sought
-ROUNDS = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,10 +108,11 @@ def _forces(bearing: Bearing, law: "BoundLaw | None", mesh) -> "Forces":
 
 
 def _rest(forces: "Forces", load: float, turning: float) -> float:
-    """Eccentricity ratio whose force is the load, by regula falsi (Illinois) over its logit.
+    """Eccentricity ratio whose force is the load, by Brent's method over its logit.
 
     Raises ValueError where there is none.
     """
+    from scipy.optimize import brentq
 
     def at(u: float) -> float:
         return 1.0 / (1.0 + math.exp(-u))
@@ -125,16 +125,7 @@ def _rest(forces: "Forces", load: float, turning: float) -> float:
     if not under < 0.0 < over:
         reason = "too light for" if under >= 0.0 else "more than is carried by"
         raise ValueError(f"load {load:g} N is {reason} a film from {at(low):.1g} to {at(high):.6g}")
-    for _ in range(ROUNDS):
-        middle = (low * over - high * under) / (over - under)
-        value = off(middle)
-        if abs(value) < CLOSE:
-            break
-        if value < 0.0:
-            low, under, over = middle, value, 0.5 * over
-        else:
-            high, over, under = middle, value, 0.5 * under
-    return at(middle)
+    return at(brentq(off, low, high, xtol=CLOSE))
 
 
 def _slope(force: Callable, place: np.ndarray, kind: int, step: float) -> np.ndarray:

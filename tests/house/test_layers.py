@@ -35,6 +35,7 @@ ONLY_IN = {
         "clearance.metrics.statistics",
         "clearance.metrics.tables",
         "clearance.studies.peers",
+        "clearance.film.coefficients",
         "clearance.film.fem",
         "clearance.sweeping.points",
         "clearance.sweeping.scatter",
