@@ -394,9 +394,7 @@ def _until_narrow(
     """Judge an ensemble at growing numbers of turns."""
     cut, before, most = 5, False, max_turns // runner.starts
     for number in series.looks():
-        turns = min(max(math.ceil(number / runner.starts) + cut, FEWEST_TURNS), most)
-        runner.extend(turns)
-        cut = series.transient(runner.values.values())
+        turns, cut = _extended(runner, math.ceil(number / runner.starts), cut, most)
         motions = _motions(runner, cut, asked, FINEST_SHARE * rtol)
         result = Statistics(
             motions, asked, runner.values, cut, max_turns, rtol, runner.mechanism.scene.turn, False
@@ -412,6 +410,19 @@ def _until_narrow(
             return result
         before = narrow
     raise AssertionError("looks have no end")
+
+
+def _extended(runner: Ensemble, number: int, cut: int, most: int) -> tuple[int, int]:
+    """Turns of each start and its transient, so that `number` of them remain or there are no more.
+
+    A longer run may show a longer transient.
+    """
+    while True:
+        turns = min(max(number + cut, FEWEST_TURNS), most)
+        runner.extend(turns)
+        cut = series.transient(runner.values.values())
+        if turns - cut >= number or turns == most:
+            return turns, cut
 
 
 def asked_of(

@@ -176,9 +176,10 @@ class Matrix:
     def _outcome(self, path: str, name: str) -> tuple[Outcome, str]:
         """Tests of a file by their ends, and what pytest printed."""
         outcome = Outcome(name, path)
-        with tempfile.TemporaryFile("w+") as file:
+        with tempfile.TemporaryFile("w+") as file, tempfile.TemporaryDirectory() as apart:
+            # one folder for all has pytest read it while another process removes from it
             process = subprocess.Popen(
-                [sys.executable, "-m", "pytest", *PYTEST, path],
+                [sys.executable, "-m", "pytest", *PYTEST, f"--basetemp={apart}/tests", path],
                 cwd=ROOT,
                 env=environment(self.settings[name], self.folder / name),
                 stdout=file,

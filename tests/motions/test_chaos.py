@@ -65,7 +65,7 @@ def test_other_starts_give_the_same(actual):
 
 def test_quantiles(actual):
     """One turn in ten is above; one in a hundred needs 500 turns. The upper end of the interval
-    may lie above all turns, where it is nan.
+    may lie above all turns, where it is nan. Two looks mean at least 50 turns, as the first needs.
     """
     stored = actual.values[FORCE][:, actual.left_out :]
     q = actual[FORCE].quantiles[0]
