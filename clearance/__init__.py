@@ -194,6 +194,7 @@ ACCESSORS |= {
     "to_csv": "clearance.metrics.tables:to_csv",
     "to_mat": "clearance.metrics.tables:to_mat",
     "to_latex": "clearance.metrics.tables:to_latex",
+    "metrics": "clearance.metrics.metrics:metrics",
     "citations": "clearance.metrics.citations:citations",
     "view": "clearance.postprocess.view:view",
     "plot_fit": "clearance.postprocess.scene_fits:picture",

@@ -490,6 +490,15 @@ class Record(Drawn, ABC):
         """
         return accessor("to_latex")(self, path, metrics)
 
+    def metrics(self, settle: float | None = None) -> dict:
+        """Numbers that `clearance run --json` prints, by column or path: value, units, text; of an
+        extreme its time.
+
+        settle: turns [s, where no drive turns] left out at the start, default one where there is a
+        second. Raises ValueError for a settle that is negative or not finite.
+        """
+        return accessor("metrics")(self, settle)
+
     def citations(self) -> str:
         """BibTeX of what the run used: clearance, laws of the scene, the integrator."""
         return accessor("citations")(self)

@@ -198,7 +198,7 @@ def test_what_draws_results_is_named_at_the_top_only():
 
     assert set(ACCESSORS) == {
         *("plot", "report", "view", "cell", "ideal_turn"),
-        *("to_csv", "to_mat", "to_latex", "citations"),
+        *("to_csv", "to_mat", "to_latex", "citations", "metrics"),
         *(f"{verb}_{noun}" for verb in ("plot", "report") for noun in ("fit", "optimum")),
     }
     named = [n for n in ACCESSORS.values() for p in MODULES if n in p.read_text()]

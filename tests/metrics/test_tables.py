@@ -50,6 +50,21 @@ def test_users35_matlab_has_structures(runs, tmp_path):
     assert data["metrics"]["joint_C_force_max"] == runs[0].errors["joint_C_force_max"].value
 
 
+def test_numbers_of_a_run_by_name(runs):
+    """By column and by path, with their units; the start-up counts where nothing is left out."""
+    numbers = runs[0].metrics()
+    force = numbers["joints/C/force_max"]
+    assert force == numbers["joint_C_force_max"]
+    assert (force.value, force.units) == (runs[0].errors["joint_C_force_max"].value, "N")
+    settled = runs[0].extreme("joints/C/force_max", runs[0].turn)  # the first turn is left out
+    assert (force.value, force.time) == (settled.value, settled.time)
+    entire = runs[0].metrics(settle=0)["joints/C/force_max"]
+    largest = runs[0].extreme("joints/C/force_max")
+    assert (entire.value, entire.time) == (largest.value, largest.time)
+    with pytest.raises(ValueError, match="settle"):
+        runs[0].metrics(settle=-1.0)
+
+
 def test_users35_latex_has_errors(runs, tmp_path):
     """A row for each metric; numbers have their errors, signs of LaTeX are escaped."""
     text = runs[0].to_latex(tmp_path / "run.tex", ["joint_C_*"])
