@@ -231,92 +231,51 @@ def cell_stiffness(c, d, s):
     )
 
 
-def touching(eccentricity_x, eccentricity_y, angle, joint, data, start):
-    """Force x, y, normal load N and moment M on the journal over K_w L R [m, m, m, m^2], see the
-    module.
+def summed(eccentricity_x, eccentricity_y, angle, joint, data, start, steep):
+    """`touching`, then its derivatives as `with_slopes` has them; zeros where they are not
+    wanted (steep).
     """
-    first, cells = arc(eccentricity_x, eccentricity_y, joint.clearance)
-    fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
-    if cells == 0:
-        return fx, fy, load, moment
-    before, t = turned(angle)
-    bearing, journal = places(int(start), first, before)
-    weights, slopes, journal_worn = cubic(t), cubic_slope(t), data[int(start)] != 0.0
-    right = overlap(
-        eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, first, weights
-    )
-    for cell in range(cells):
-        node, left = first + 2 * cell + 1, right
-        middle = overlap(
-            eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, node, weights
-        )
-        right = overlap(
-            eccentricity_x,
-            eccentricity_y,
-            joint.clearance,
-            data,
-            bearing,
-            journal,
-            node + 1,
-            weights,
-        )
-        s = wet(left, middle, right)
-        if s[0] > 0.0:
-            b, r, k = parabola(left, middle, right)
-            total, x, y = cell_force(b, r, k, COS[node + 1], SIN[node + 1], s)
-            fx, fy, load = fx - x, fy - y, load + total
-            if journal_worn:
-                j0, j1, j2 = slope_of_journal(data, journal + node, slopes)
-                moment -= product(b, r, k, j0, j1, j2, s)
-    return STEP * fx, STEP * fy, STEP * load, STEP * moment
-
-
-def touching_slopes(eccentricity_x, eccentricity_y, angle, joint, data, start):
-    """`touching`, then the derivatives of each of its values by eccentricity_x, eccentricity_y and
-    angle.
-    """
-    first, cells = arc(eccentricity_x, eccentricity_y, joint.clearance)
+    x, y, c = eccentricity_x, eccentricity_y, joint.clearance
+    first, cells = arc(x, y, c)
     before, t = turned(angle)
     bearing, journal = places(int(start), first, before)
     weights, slopes, bends = cubic(t), cubic_slope(t), cubic_bend(t)
     journal_worn = data[int(start)] != 0.0
     fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
-    xx, xy, yy, x, y = 0.0, 0.0, 0.0, 0.0, 0.0
+    xx, xy, yy, nx, ny = 0.0, 0.0, 0.0, 0.0, 0.0
     xa, ya, na, aa = 0.0, 0.0, 0.0, 0.0
-    right = overlap(
-        eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, first, weights
-    )
+    right = overlap(x, y, c, data, bearing, journal, first, weights)
     for cell in range(cells):
         node, left = first + 2 * cell + 1, right
-        middle = overlap(
-            eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, node, weights
-        )
-        right = overlap(
-            eccentricity_x,
-            eccentricity_y,
-            joint.clearance,
-            data,
-            bearing,
-            journal,
-            node + 1,
-            weights,
-        )
+        middle = overlap(x, y, c, data, bearing, journal, node, weights)
+        right = overlap(x, y, c, data, bearing, journal, node + 1, weights)
         s = wet(left, middle, right)
         if s[0] > 0.0:
-            c, d = COS[node + 1], SIN[node + 1]
+            cos, sin = COS[node + 1], SIN[node + 1]
             b, r, k = parabola(left, middle, right)
-            total, with_cos, with_sin = cell_force(b, r, k, c, d, s)
+            total, with_cos, with_sin = cell_force(b, r, k, cos, sin, s)
             fx, fy, load = fx - with_cos, fy - with_sin, load + total
-            cc, cs, ss, cos, sin = cell_stiffness(c, d, s)
-            xx, xy, yy, x, y = xx + cc, xy + cs, yy + ss, x + cos, y + sin
+            if steep:
+                by = cell_stiffness(cos, sin, s)
+                xx, xy, yy, nx, ny = xx + by[0], xy + by[1], yy + by[2], nx + by[3], ny + by[4]
             if journal_worn:
                 j0, j1, j2 = slope_of_journal(data, journal + node, slopes)
-                k0, k1, k2 = slope_of_journal(data, journal + node, bends)
                 moment -= product(b, r, k, j0, j1, j2, s)
-                xa += product(c, -SINE * d, BEND * c, j0, j1, j2, s)
-                ya += product(d, SINE * c, BEND * d, j0, j1, j2, s)
-                na += product(1.0, 0.0, 0.0, j0, j1, j2, s)
-                aa += product(j0, j1, j2, j0, j1, j2, s) - product(b, r, k, k0, k1, k2, s)
+                if steep:
+                    k0, k1, k2 = slope_of_journal(data, journal + node, bends)
+                    xa += product(cos, -SINE * sin, BEND * cos, j0, j1, j2, s)
+                    ya += product(sin, SINE * cos, BEND * sin, j0, j1, j2, s)
+                    na += product(1.0, 0.0, 0.0, j0, j1, j2, s)
+                    aa += product(j0, j1, j2, j0, j1, j2, s) - product(b, r, k, k0, k1, k2, s)
+    return with_slopes((fx, fy, load, moment), (xx, xy, yy), (xa, ya, aa), (nx, ny, na))
+
+
+def with_slopes(values, by_place, by_angle, of_load):
+    """Sums over nodes as integrals: force x, y, load and moment, then the derivatives of each by
+    eccentricity_x, eccentricity_y and angle, of one energy.
+    """
+    (fx, fy, load, moment), (xx, xy, yy) = values, by_place
+    (xa, ya, aa), (nx, ny, na) = by_angle, of_load
     w = STEP
     return (
         w * fx,
@@ -329,13 +288,26 @@ def touching_slopes(eccentricity_x, eccentricity_y, angle, joint, data, start):
         -w * xy,
         -w * yy,
         -w * ya,
-        w * x,
-        w * y,
+        w * nx,
+        w * ny,
         w * na,
         -w * xa,
         -w * ya,
         -w * aa,
     )
+
+
+def touching(eccentricity_x, eccentricity_y, angle, joint, data, start):
+    """Force x, y, normal load N and moment M on the journal over K_w L R [m, m, m, m^2], see the
+    module.
+    """
+    values = summed(eccentricity_x, eccentricity_y, angle, joint, data, start, False)
+    return values[0], values[1], values[2], values[3]
+
+
+def touching_slopes(eccentricity_x, eccentricity_y, angle, joint, data, start):
+    """`touching`, then its derivatives, see `with_slopes`."""
+    return summed(eccentricity_x, eccentricity_y, angle, joint, data, start, True)
 
 
 touching.slopes = touching_slopes

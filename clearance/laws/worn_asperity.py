@@ -24,7 +24,6 @@ from clearance.laws.law import FilmJoint
 from clearance.laws.outline import (
     COS,
     SIN,
-    STEP,
     arc,
     cubic,
     cubic_bend,
@@ -33,6 +32,7 @@ from clearance.laws.outline import (
     overlap,
     places,
     turned,
+    with_slopes,
 )
 from clearance.values.algebra import each
 
@@ -88,25 +88,10 @@ def row_of(order: float) -> int:
     return ORDERS.index(order)
 
 
-def pressed(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint, data, start):
-    """Force x, y, normal load N and moment M on the journal over s R L [1, 1, 1, m]."""
-    x, y, sigma = eccentricity_x, eccentricity_y, joint.roughness
-    first, cells = arc(x, y, joint.clearance - MOST * sigma)
-    before, t = turned(angle)
-    bearing, journal = places(int(start), first, before)
-    weights, slopes, journal_worn = cubic(t), cubic_slope(t), data[int(start)] != 0.0
-    fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
-    for node in range(first, first + 2 * cells):
-        g = overlap(x, y, joint.clearance, data, bearing, journal, node, weights)
-        p, _ = moment_and_slope(-g / sigma, int(row))
-        fx, fy, load = fx - p * COS[node + 1], fy - p * SIN[node + 1], load + p
-        if journal_worn:
-            moment -= p * four(data, journal + node, slopes)
-    return STEP * fx, STEP * fy, STEP * load, STEP * moment
-
-
-def pressed_slopes(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint, data, start):
-    """`pressed`, then the derivatives of its values by eccentricity_x, eccentricity_y and angle."""
+def summed(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint, data, start, steep):
+    """`pressed`, then its derivatives as `with_slopes` has them; zeros where they are not
+    wanted (steep).
+    """
     x, y, sigma = eccentricity_x, eccentricity_y, joint.roughness
     first, cells = arc(x, y, joint.clearance - MOST * sigma)
     before, t = turned(angle)
@@ -121,31 +106,27 @@ def pressed_slopes(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint,
         p, slope = moment_and_slope(-g / sigma, int(row))
         c, d, k = COS[node + 1], SIN[node + 1], -slope / sigma
         fx, fy, load = fx - p * c, fy - p * d, load + p
-        xx, xy, yy, nx, ny = xx + k * c * c, xy + k * c * d, yy + k * d * d, nx + k * c, ny + k * d
+        if steep:
+            xx, xy, yy = xx + k * c * c, xy + k * c * d, yy + k * d * d
+            nx, ny = nx + k * c, ny + k * d
         if journal_worn:
             j = four(data, journal + node, slopes)
             moment -= p * j
-            xa, ya, na = xa + k * c * j, ya + k * d * j, na + k * j
-            aa += k * j * j - p * four(data, journal + node, bends)
-    w = STEP
-    return (
-        w * fx,
-        w * fy,
-        w * load,
-        w * moment,
-        -w * xx,
-        -w * xy,
-        -w * xa,
-        -w * xy,
-        -w * yy,
-        -w * ya,
-        w * nx,
-        w * ny,
-        w * na,
-        -w * xa,
-        -w * ya,
-        -w * aa,
-    )
+            if steep:
+                xa, ya, na = xa + k * c * j, ya + k * d * j, na + k * j
+                aa += k * j * j - p * four(data, journal + node, bends)
+    return with_slopes((fx, fy, load, moment), (xx, xy, yy), (xa, ya, aa), (nx, ny, na))
+
+
+def pressed(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint, data, start):
+    """Force x, y, normal load N and moment M on the journal over s R L [1, 1, 1, m]."""
+    values = summed(eccentricity_x, eccentricity_y, angle, row, joint, data, start, False)
+    return values[0], values[1], values[2], values[3]
+
+
+def pressed_slopes(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint, data, start):
+    """`pressed`, then its derivatives by eccentricity_x, eccentricity_y and angle."""
+    return summed(eccentricity_x, eccentricity_y, angle, row, joint, data, start, True)
 
 
 pressed.slopes = pressed_slopes

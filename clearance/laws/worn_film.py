@@ -70,39 +70,16 @@ def beside(data, start, piece, angle, clearance):
     return share, c, s, h, rise, fall, bend
 
 
-def short_on_outlines(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, start):
-    """Force x, y on the journal [N] and the integral of 1 / H all around [1]; angle: of the
-    journal.
-    """
-    before, t = turned(angle - 0.5 * STEP)
-    bearing, journal = places(int(start), 0, before)
-    weights, slopes = cubic(t), cubic_slope(t)
-    fx, fy, shear, first = 0.0, 0.0, 0.0, int(start)
-    for node in range(NODES + int(data[first + EDGES])):
-        if node < NODES:
-            share, c, s = 1.0, COS[node], SIN[node]
-            h, rise, fall = depths(data, bearing, journal, node, joint.clearance, weights, slopes)
-        else:
-            piece = beside(data, first, node - NODES, angle, joint.clearance)
-            share, c, s, h, rise, fall, _ = piece
-        gap, r = gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, rise - fall, c, s)
-        inverse = 1.0 / max(gap, THINNEST)
-        shear += share * inverse
-        if r < 0.0:
-            p = share * r * inverse * inverse * inverse
-            fx, fy = fx + p * c, fy + p * s
-    size = STEP * size_of(joint)
-    return size * fx, size * fy, STEP * shear
-
-
 def size_of(joint):
     """mu (R/c)^2 R L (L/R)^2 / 12: force of a unit of r / H^3 [N s]."""
     thin = joint.length / joint.clearance
     return joint.viscosity * thin * thin * joint.radius * joint.length / 12.0
 
 
-def short_slopes(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, start):
-    """`short_on_outlines`, then the derivatives of its values by the first eight arguments."""
+def summed(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, start, steep):
+    """`short_on_outlines`, then the derivatives of its values by the first eight arguments; zeros
+    where they are not wanted (steep).
+    """
     before, t = turned(angle - 0.5 * STEP)
     bearing, journal = places(int(start), 0, before)
     weights, slopes, bends = cubic(t), cubic_slope(t), cubic_bend(t)
@@ -114,25 +91,32 @@ def short_slopes(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, d
         if node < NODES:
             share, c, s = 1.0, COS[node], SIN[node]
             h, rise, fall = depths(data, bearing, journal, node, joint.clearance, weights, slopes)
-            bend = four(data, journal + node, bends) / joint.clearance
+            bend = four(data, journal + node, bends) / joint.clearance if steep else 0.0
         else:
             piece = beside(data, first, node - NODES, angle, joint.clearance)
             share, c, s, h, rise, fall, bend = piece
         gap, r = gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, rise - fall, c, s)
         inverse = 1.0 / max(gap, THINNEST)
         by_gap = -share * inverse * inverse if gap > THINNEST else 0.0
+        cube = share * inverse * inverse * inverse
         shear += share * inverse
-        sx, sy, sa, sl = sx - by_gap * c, sy - by_gap * s, sa - by_gap * fall, sl + by_gap
         if r < 0.0:
-            cube = share * inverse * inverse * inverse
-            steep = 3.0 * r * inverse * inverse * by_gap
-            by_x = 6.0 * spin * s * cube - steep * c
-            by_y = -6.0 * spin * c * cube - steep * s
-            by_angle = 6.0 * spin * bend * cube - steep * fall
-            by_spin = 6.0 * (x * s - y * c + rise - fall) * cube
             fx, fy = fx + r * cube * c, fy + r * cube * s
+        if steep:
+            sx, sy, sa, sl = sx - by_gap * c, sy - by_gap * s, sa - by_gap * fall, sl + by_gap
+        if steep and r < 0.0:
+            thinner = 3.0 * r * inverse * inverse * by_gap
+            by_x = 6.0 * spin * s * cube - thinner * c
+            by_y = -6.0 * spin * c * cube - thinner * s
+            by_angle = 6.0 * spin * bend * cube - thinner * fall
+            by_spin = 6.0 * (x * s - y * c + rise - fall) * cube
             xx, xy, yx, yy = xx + by_x * c, xy + by_y * c, yx + by_x * s, yy + by_y * s
-            xa, ya, xl, yl = xa + by_angle * c, ya + by_angle * s, xl + steep * c, yl + steep * s
+            xa, ya, xl, yl = (
+                xa + by_angle * c,
+                ya + by_angle * s,
+                xl + thinner * c,
+                yl + thinner * s,
+            )
             cc, cs, ss = (
                 cc - 12.0 * cube * c * c,
                 cs - 12.0 * cube * c * s,
@@ -169,6 +153,19 @@ def short_slopes(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, d
         STEP * sl,
         0.0,
     )
+
+
+def short_on_outlines(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, start):
+    """Force x, y on the journal [N] and the integral of 1 / H all around [1]; angle: of the
+    journal.
+    """
+    values = summed(x, y, vx, vy, spin, angle, lift, lift_rate, joint, data, start, False)
+    return values[0], values[1], values[2]
+
+
+def short_slopes(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, start):
+    """`short_on_outlines`, then the derivatives of its values by the first eight arguments."""
+    return summed(x, y, vx, vy, spin, angle, lift, lift_rate, joint, data, start, True)
 
 
 short_on_outlines.slopes = short_slopes
