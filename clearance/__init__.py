@@ -252,6 +252,7 @@ _MOVED = {
     "clearance.options": "clearance.run.options",
     "clearance.quantities": "clearance.elements.quantities",
     "clearance.units": "clearance.values.units",
+    "clearance.identify.bench": "clearance.paper_figures.ball_joint_bench",
     "clearance.identify.response": "clearance.paper_figures.ball_joint_response",
     "clearance.identify.studies": "clearance.paper_figures.ball_joint_studies",
     "clearance.identify.variants": "clearance.paper_figures.ball_joint_variants",

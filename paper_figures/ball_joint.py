@@ -28,9 +28,8 @@ import numpy as np
 from clearance.paper_figures import ball_joint_studies as studies
 from clearance.paper_figures import ball_joint_variants as variants
 from clearance.paper_figures import workshop
+from clearance.paper_figures.ball_joint_bench import bench
 from clearance.postprocess.figures import finish, note, sheet
-
-from clearance.identify.bench import bench
 
 NAMES = {"lugre3d": "LuGre 3-D", "lugre1d": "LuGre 1-D", "curve": "curve", "lstm": "LSTM"}
 #: what curves over one another and steps mean

@@ -18,9 +18,8 @@ Not comparable: the source's networks, whose sizes we do not have, and the numbe
 import numpy as np
 from clearance.paper_figures import ball_joint_variants as variants
 from clearance.paper_figures import workshop
+from clearance.paper_figures.ball_joint_bench import bench
 from clearance.postprocess.figures import finish, sheet
-
-from clearance.identify.bench import bench
 
 STROKES = (
     {"color": "#d55e00", "ls": "-", "lw": 1.8},

@@ -21,9 +21,9 @@ import math
 import numpy as np
 from clearance.paper_figures import ball_joint_response as response
 from clearance.paper_figures import workshop
+from clearance.paper_figures.ball_joint_bench import bench
 from clearance.postprocess.figures import finish, sheet
 
-from clearance.identify.bench import bench
 from clearance.identify.fit import fit
 
 AMPLITUDES = (0.01, 0.3, 1.0, 3.0, 10.0)  # of the angle of break-away

@@ -19,9 +19,8 @@ Not comparable: any number; appendix J was not at hand.
 import numpy as np
 from clearance.paper_figures import ball_joint_variants as variants
 from clearance.paper_figures import workshop
+from clearance.paper_figures.ball_joint_bench import LOAD_EXPONENT, PRELOAD, Joint
 from clearance.postprocess.figures import finish, legend_below, sheet
-
-from clearance.identify.bench import LOAD_EXPONENT, PRELOAD, Joint
 
 STYLE = {
     "fixed": {"color": "#00724f", "ls": "-.", "marker": "D"},

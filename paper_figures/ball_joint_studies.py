@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from clearance.paper_figures import ball_joint_variants as variants
+from clearance.paper_figures.ball_joint_bench import Joint, bench, sine
 
 from clearance.identify import learn, models
-from clearance.identify.bench import Joint, bench, sine
 from clearance.identify.estimation import STARTS
 from clearance.identify.fit import Fit, fit, nrmse
 from clearance.identify.records import Measurement, Trial

@@ -10,9 +10,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from clearance.paper_figures.ball_joint_bench import PRELOAD, Joint, bench
 
 from clearance.identify import models
-from clearance.identify.bench import PRELOAD, Joint, bench
 from clearance.identify.fit import Fit, fit
 from clearance.identify.models import VISCOUS, LuGre
 from clearance.identify.records import Measurement, Trial

@@ -42,6 +42,7 @@ SHARED = (
     "gallery",
     "completeness",
     "operation_counts",
+    "ball_joint_bench",
     "ball_joint_studies",
     "ball_joint_variants",
     "ball_joint_response",

@@ -42,8 +42,8 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Make the data, write them and print what they are."""
-    from clearance.identify.bench import bench
     from clearance.identify.records import write
+    from clearance.paper_figures.ball_joint_bench import bench
 
     path = Path(options.output or f"{options.joint}.h5")
     if path.suffix.lower() not in (".h5", ".hdf5", ".csv"):

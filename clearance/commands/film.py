@@ -191,6 +191,7 @@ def _pressure(options) -> int:
 
 
 def _coefficients(options) -> int:
+    from clearance.files.texts import markdown
     from clearance.film.coefficients import film_coefficients
 
     film = film_coefficients(_bearing(options), options.load, options.speed)
@@ -199,11 +200,11 @@ def _coefficients(options) -> int:
         f"eccentricity ratio {film.eccentricity_ratio:.6g}, attitude "
         f"{math.degrees(film.attitude):.4g} deg; x along the load, y on in the sense of rotation",
         "",
-        "| | xx | xy | yx | yy |",
-        "|---|---|---|---|---|",
+        *markdown(
+            ("", "xx", "xy", "yx", "yy"),
+            ((f"{n} [{u}]", *(f"{v:.5g}" for v in matrix.ravel())) for n, u, matrix in rows),
+        ),
     ]
-    for name, units, matrix in rows:
-        lines.append(f"| {name} [{units}] | {' | '.join(f'{v:.5g}' for v in matrix.ravel())} |")
     document = {n: v.tolist() if hasattr(v, "tolist") else v for n, v in vars(film).items()}
     if options.output:
         document["files"] = [str(Path(options.output) / "film_coefficients.md")]

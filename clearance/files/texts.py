@@ -50,6 +50,12 @@ def unpacked_text(path: str | Path) -> str:
     return text
 
 
+def markdown(heads: Iterable, rows: Iterable[Iterable]) -> list[str]:
+    """A table in Markdown, line by line."""
+    head, *lines = (f"| {' | '.join(map(str, cells))} |" for cells in (heads, *rows))
+    return [head, "|---" * len(tuple(heads)) + "|", *lines]
+
+
 @contextmanager
 def shallow(source: object) -> Iterator[None]:
     """Within it, what is nested deeper than Python can follow raises ValueError with its place."""

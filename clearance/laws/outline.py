@@ -232,8 +232,8 @@ def cell_stiffness(c, d, s):
 
 
 def summed(eccentricity_x, eccentricity_y, angle, joint, data, start, steep):
-    """`touching`, then its derivatives as `with_slopes` has them; zeros where they are not
-    wanted (steep).
+    """`touching`, then its derivatives as `with_slopes` has them; zeros without
+    `steep`.
     """
     x, y, c = eccentricity_x, eccentricity_y, joint.clearance
     first, cells = arc(x, y, c)

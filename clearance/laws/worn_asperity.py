@@ -89,8 +89,8 @@ def row_of(order: float) -> int:
 
 
 def summed(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint, data, start, steep):
-    """`pressed`, then its derivatives as `with_slopes` has them; zeros where they are not
-    wanted (steep).
+    """`pressed`, then its derivatives as `with_slopes` has them; zeros without
+    `steep`.
     """
     x, y, sigma = eccentricity_x, eccentricity_y, joint.roughness
     first, cells = arc(x, y, joint.clearance - MOST * sigma)

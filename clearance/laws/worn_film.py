@@ -78,7 +78,7 @@ def size_of(joint):
 
 def summed(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, start, steep):
     """`short_on_outlines`, then the derivatives of its values by the first eight arguments; zeros
-    where they are not wanted (steep).
+    without `steep`.
     """
     before, t = turned(angle - 0.5 * STEP)
     bearing, journal = places(int(start), 0, before)

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.accuracy.horizon import NotSolved
+from clearance.files.texts import markdown
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics.statistics import standard_error
 from clearance.results.tables import save_tables
@@ -279,17 +280,20 @@ class _Companion(_Motion):
 # --- showing
 def table(exponents: dict[str, Exponent]) -> list[str]:
     """Exponents by name, as Markdown."""
-    lines = [
-        "| motion | exponent per turn | per second | sampling | distance | turns | verdict |",
-        "|---" * 7 + "|",
-    ]
-    for name, x in exponents.items():
-        lines.append(
-            f"| {name} | {x.per_turn:.4g} +- {x.error:.2g} | {x.per_second:.4g} +- "
-            f"{x.error_per_second:.2g} | "
-            f"{x.sampling:.2g} | {x.effect:+.2g} | {x.turns} | {x.verdict} |"
+    heads = "motion", "exponent per turn", "per second", "sampling", "distance", "turns", "verdict"
+    rows = (
+        (
+            name,
+            f"{x.per_turn:.4g} +- {x.error:.2g}",
+            f"{x.per_second:.4g} +- {x.error_per_second:.2g}",
+            f"{x.sampling:.2g}",
+            f"{x.effect:+.2g}",
+            x.turns,
+            x.verdict,
         )
-    return lines
+        for name, x in exponents.items()
+    )
+    return markdown(heads, rows)
 
 
 def plain(exponents: dict[str, Exponent]) -> dict:

@@ -6,7 +6,7 @@ import os
 import platform
 import shutil
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -92,6 +92,11 @@ def save_tables(
     with replacing(path) as temporary:
         temporary.write_bytes(image)
     return path
+
+
+def columns_of(rows: Sequence, about: Mapping[str, tuple[str, str]]) -> Table:
+    """Columns from attributes of rows; about: units of each, and what it is."""
+    return {n: (*texts, np.array([getattr(row, n) for row in rows])) for n, texts in about.items()}
 
 
 def write_table(file: h5py.File, path: str, about: dict, columns: Table) -> None:

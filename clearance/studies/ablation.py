@@ -6,6 +6,7 @@ import statistics
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 
+from clearance.files.texts import markdown
 from clearance.mechanism.build import build
 from clearance.run.diagnosis import Diagnosis
 from clearance.run.options import Solver, Span, choose_method
@@ -140,13 +141,11 @@ def table(rows: list[Part], title: str = "cost of the parts") -> list[str]:
     head = [title, "clearance joints", "states", "operations a right-hand side", "output channels"]
     if measured:
         head += ["method", "steps", "a step [us]", "and ledger", "and outputs"]
-    lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
-    for r in rows:
-        cells = [r.name, r.joints, r.states, r.operations, r.channels]
+    cells = [[r.name, r.joints, r.states, r.operations, r.channels] for r in rows]
+    for r, row in zip(rows, cells, strict=True):
         if measured:
-            cells += [r.method, r.steps, *(_microseconds(r, name) for name in TIMES)]
-        lines.append("| " + " | ".join(map(str, cells)) + " |")
-    doubts = doubt(rows)
+            row += [r.method, r.steps, *(_microseconds(r, name) for name in TIMES)]
+    lines, doubts = markdown(head, cells), doubt(rows)
     return [*lines, "", doubts] if doubts else lines
 
 

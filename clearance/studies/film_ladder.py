@@ -6,18 +6,19 @@ import math
 import statistics
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
+from clearance.files.texts import markdown
 from clearance.film import bands, fem
 from clearance.film.bearing import Bearing
 from clearance.film.tabulated import table_film
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint
 from clearance.machine.store import njit
 from clearance.mechanism.build import build
-from clearance.results.tables import save_tables
+from clearance.results.tables import columns_of, save_tables
 from clearance.run.options import Solver, Span
 from clearance.run.run import Run
 from clearance.scene import law_names
@@ -200,15 +201,11 @@ def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = Fals
         f"table {n}x{n}": ("table", table_film(nodes=n)) for n in (NODES[:3] if quick else NODES)
     }
     for mesh in () if quick else FAST[:2]:
-        films[f"fast solver {mesh[0]}x{mesh[1]}"] = (
-            "fast solver",
-            law_names.ONLINE_FILMS["fast"](mesh=mesh),
-        )
+        law = law_names.ONLINE_FILMS["fast"](mesh=mesh)
+        films[f"fast solver {mesh[0]}x{mesh[1]}"] = "fast solver", law
     for mesh in ELEMENTS[:1] if quick else ELEMENTS[:2]:
-        films[f"FEM {mesh[0]}x{mesh[1]}"] = (
-            "finite elements",
-            law_names.ONLINE_FILMS["fem"](mesh=mesh),
-        )
+        law = law_names.ONLINE_FILMS["fem"](mesh=mesh)
+        films[f"FEM {mesh[0]}x{mesh[1]}"] = "finite elements", law
     rungs = []
     for name, (kind, law) in films.items():
         progress(f"run with {name}")
@@ -219,15 +216,10 @@ def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = Fals
 
 
 def with_film(case, law: BoundLaw):
-    from dataclasses import replace
+    def filled(part):
+        return replace(part, film=law) if getattr(part, "film", None) is not None else part
 
-    from clearance.scene.scene import Scene
-
-    scene = case.scene()
-    joints = [
-        replace(j, film=law) if getattr(j, "film", None) is not None else j for j in scene.joints
-    ]
-    return Scene(*joints, *scene.loads, gravity=scene.gravity, name=scene.name)
+    return case.scene().rebuilt(element=filled)
 
 
 def journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
@@ -318,32 +310,23 @@ def convergence(
 # --- reports
 def table(study: Ladder) -> list[str]:
     """Both halves as Markdown."""
-    lines = [
-        "| film, single states | a force | with derivatives | error, closing in | median error |",
-        "|---|---|---|---|---|",
-    ]
-    for r in study.states:
-        cells = (
-            _time(r.seconds),
-            _time(r.slopes_seconds),
+    of_states = "film, single states", "a force", "with derivatives"
+    states = (
+        (
+            r.name,
+            *map(_time, (r.seconds, r.slopes_seconds)),
             f"{r.error_closing:.1e}",
             f"{r.error:.1e}",
         )
-        lines.append(f"| {r.name} | {' | '.join(cells)} |")
-    lines += [
-        "",
-        "| film, feeder run | CPU time | steps | a step | error of the journal's path |",
-        "|---|---|---|---|---|",
-    ]
-    for r in study.runs:
-        cells = (
-            _time(r.seconds),
-            str(r.steps),
-            _time(r.seconds / max(r.steps, 1)),
-            f"{r.error:.1e}",
-        )
-        lines.append(f"| {r.name} | {' | '.join(cells)} |")
-    return lines
+        for r in study.states
+    )
+    of_runs = "film, feeder run", "CPU time", "steps", "a step", "error of the journal's path"
+    runs = (
+        (r.name, _time(r.seconds), r.steps, _time(r.seconds / max(r.steps, 1)), f"{r.error:.1e}")
+        for r in study.runs
+    )
+    heads = *of_states, "error, closing in", "median error"
+    return [*markdown(heads, states), "", *markdown(of_runs, runs)]
 
 
 def _time(seconds: float) -> str:
@@ -368,25 +351,16 @@ def plain(study: Ladder) -> dict:
 
 def save(study: Ladder, folder: str | Path) -> Path:
     """The ladder as HDF5."""
-    tables = {}
-    for group, rungs in (("states", study.states), ("runs", study.runs)):
-        columns = {
-            "name": ("1", "film", np.array([r.name for r in rungs])),
-            "kind": ("1", "kind of film", np.array([r.kind for r in rungs])),
-            "seconds": ("s", "of one force, or one run", np.array([r.seconds for r in rungs])),
-            "error_closing": (
-                "1",
-                "largest relative force error, closing in",
-                np.array([r.error_closing for r in rungs]),
-            ),
-            "error": (
-                "1",
-                "median force error, or rms of the path over c",
-                np.array([r.error for r in rungs]),
-            ),
-            "steps": ("1", "steps of the run", np.array([r.steps for r in rungs])),
-        }
-        tables[group] = ({}, columns)
+    about = {
+        "name": ("1", "film"),
+        "kind": ("1", "kind of film"),
+        "seconds": ("s", "of one force, or one run"),
+        "error_closing": ("1", "largest relative force error, closing in"),
+        "error": ("1", "median force error, or rms of the path over c"),
+        "steps": ("1", "steps of the run"),
+    }
+    rungs = {"states": study.states, "runs": study.runs}
+    tables = {group: ({}, columns_of(rows, about)) for group, rows in rungs.items()}
     return save_tables(
         Path(folder) / "film_ladder.h5",
         "clearance-film-ladder",
@@ -397,31 +371,23 @@ def save(study: Ladder, folder: str | Path) -> Path:
 
 def convergence_table(meshes: list[Mesh]) -> list[str]:
     """The mesh study as Markdown."""
-    lines = [
-        "| solver | mesh | unknowns | error of the force | order | a film |",
-        "|---|---|---|---|---|---|",
-    ]
-    for m in meshes:
-        order = "-" if math.isnan(m.order) else f"{m.order:.1f}"
-        lines.append(
-            f"| {m.solver} | {m.mesh} | {m.unknowns} | {m.error:.1e} | {order} | "
-            f"{_time(m.seconds)} |"
-        )
-    return lines
+    heads = "solver", "mesh", "unknowns", "error of the force", "order", "a film"
+    orders = ["-" if math.isnan(m.order) else f"{m.order:.1f}" for m in meshes]
+    rows = (
+        (m.solver, m.mesh, m.unknowns, f"{m.error:.1e}", order, _time(m.seconds))
+        for m, order in zip(meshes, orders, strict=True)
+    )
+    return markdown(heads, rows)
 
 
 def save_convergence(meshes: list[Mesh], folder: str | Path) -> Path:
     """The mesh study as HDF5."""
-    columns = {
-        "solver": ("1", "solver", np.array([m.solver for m in meshes])),
-        "mesh": ("1", "cells around x over half the length", np.array([m.mesh for m in meshes])),
-        "unknowns": ("1", "unknowns", np.array([m.unknowns for m in meshes])),
-        "error": ("1", "relative error of the force", np.array([m.error for m in meshes])),
-        "seconds": ("s", "of one film", np.array([m.seconds for m in meshes])),
+    about = {
+        "solver": ("1", "solver"),
+        "mesh": ("1", "cells around x over half the length"),
+        "unknowns": ("1", "unknowns"),
+        "error": ("1", "relative error of the force"),
+        "seconds": ("s", "of one film"),
     }
-    return save_tables(
-        Path(folder) / "film_convergence.h5",
-        "clearance-film-convergence",
-        {},
-        {"meshes": ({}, columns)},
-    )
+    path, kind = Path(folder) / "film_convergence.h5", "clearance-film-convergence"
+    return save_tables(path, kind, {}, {"meshes": ({}, columns_of(meshes, about))})

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance.files.texts import markdown
 from clearance.film.bearing import Bearing, FilmSolution
 from clearance.film.lookup import looked_up
 from clearance.film.solvers import solve_film
@@ -226,21 +227,20 @@ def shot_plain(shot: Shot) -> dict:
 
 def shots_report(shots: list[Shot]) -> list[str]:
     """Snapshots as a table."""
-    lines = [
-        "| time / ms | eps | d(eps)/dt [1/s] | w [rad/s] | load [N] | in the file [N] | peak "
-        "pressure [MPa] |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for s in shots:
-        state = (
-            f"{s.time * 1e3:.5g} | {s.eccentricity_ratio:.4f} | {s.radial_rate:.4g} | "
-            f"{s.entrainment:.4g}"
+    heads = "time / ms", "eps", "d(eps)/dt [1/s]", "w [rad/s]", "load [N]", "in the file [N]"
+    rows = (
+        (
+            f"{s.time * 1e3:.5g}",
+            f"{s.eccentricity_ratio:.4f}",
+            f"{s.radial_rate:.4g}",
+            f"{s.entrainment:.4g}",
+            f"{s.solution.load:.4g}",
+            f"{s.recorded:.4g}",
+            f"{s.solution.peak_pressure / 1e6:.4g}",
         )
-        lines.append(
-            f"| {state} | {s.solution.load:.4g} | {s.recorded:.4g} | "
-            f"{s.solution.peak_pressure / 1e6:.4g} |"
-        )
-    return lines
+        for s in shots
+    )
+    return markdown((*heads, "peak pressure [MPa]"), rows)
 
 
 def save_shots(shots: list[Shot], folder: str | Path) -> Path:

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance.files.texts import markdown
 from clearance.mechanism.build import build
-from clearance.results.tables import save_tables
+from clearance.results.tables import columns_of, save_tables
 from clearance.run.options import Span
 from clearance.run.run import Run
 from clearance.scene.catalogue import Case
@@ -162,18 +163,12 @@ def _seconds(scene: Scene, span: dict) -> float:
 
 def table(study: Comparison) -> list[str]:
     """The price list as Markdown."""
-    lines = [
-        f"| {study.title} | CPU time | distance from the finest | largest effort |",
-        "|---|---|---|---|",
-    ]
+    heads = study.title, "CPU time", "distance from the finest", "largest effort"
+    rows = []
     for c in study.choices:
-        cells = (
-            f"{c.seconds * 1e3:.3g} ms | {c.distance:.2g} | {c.peak:.4g}"
-            if not c.note
-            else "- | - | -"
-        )
-        lines.append(f"| {c.name} | {cells} |")
-    return lines
+        cells = f"{c.seconds * 1e3:.3g} ms", f"{c.distance:.2g}", f"{c.peak:.4g}"
+        rows.append((c.name, *(("-",) * 3 if c.note else cells)))
+    return markdown(heads, rows)
 
 
 def describe(study: Comparison) -> list[str]:
@@ -199,15 +194,12 @@ def plain(study: Comparison) -> dict:
 
 def save(study: Comparison, folder: str | Path) -> Path:
     """The comparison as HDF5."""
-    columns = {
-        "name": ("1", "choice", np.array([c.name for c in study.choices])),
-        "seconds": (
-            "s",
-            "CPU time of the integration, warm",
-            np.array([c.seconds for c in study.choices]),
-        ),
-        "distance": ("1", study.measure, np.array([c.distance for c in study.choices])),
+    about = {
+        "name": ("1", "choice"),
+        "seconds": ("s", "CPU time of the integration, warm"),
+        "distance": ("1", study.measure),
     }
+    columns = columns_of(study.choices, about)
     attributes = {"title": study.title, "finest": study.finest}
     return save_tables(
         Path(folder) / "physics.h5", "clearance-physics", attributes, {"choices": ({}, columns)}

@@ -24,8 +24,9 @@ import numpy as np
 from clearance.elements import Drive, Prismatic, Revolute
 from clearance.elements.body import Body, ground
 from clearance.elements.joint import Joint
+from clearance.files.texts import markdown
 from clearance.results.result import Result
-from clearance.results.tables import save_tables
+from clearance.results.tables import columns_of, save_tables
 from clearance.run.interrupts import end_groups, follow_parent
 from clearance.scene.catalogue import find_case
 from clearance.scene.scene import Scene
@@ -410,7 +411,7 @@ def table(verdicts: list[Verdict]) -> list[str]:
     """The matrix as Markdown: energy residual share of what was done, or the number of a reason
     below the table.
     """
-    rows, columns = list(dict.fromkeys(v.row for v in verdicts if "random" not in v.row)), []
+    rows = list(dict.fromkeys(v.row for v in verdicts if "random" not in v.row))
     columns = list(dict.fromkeys(v.column for v in verdicts if "random" not in v.row))
     cells = {(v.row, v.column): v for v in verdicts}
     reasons: list[str] = []
@@ -425,13 +426,8 @@ def table(verdicts: list[Verdict]) -> list[str]:
 
     lines = []
     if rows:
-        lines = [
-            "| energy residual | " + " | ".join(columns) + " |",
-            "|---" * (len(columns) + 1) + "|",
-        ]
-        lines += [
-            f"| {r} | " + " | ".join(shown(cells.get((r, c))) for c in columns) + " |" for r in rows
-        ]
+        table = ((r, *(shown(cells.get((r, c))) for c in columns)) for r in rows)
+        lines = markdown(("energy residual", *columns), table)
     random = [v for v in verdicts if "random" in v.row]
     if random:
         lines += ["", "Random scenes: " + ", ".join(shown(v) for v in random)]
@@ -459,7 +455,5 @@ def save(verdicts: list[Verdict], folder: str | Path) -> Path:
         "steps": ("1", "accepted steps"),
         "contacts": ("1", "contacts"),
     }
-    columns = {
-        n: (*meaning, np.array([getattr(v, n) for v in verdicts])) for n, meaning in names.items()
-    }
-    return save_tables(Path(folder) / "stress.h5", "clearance-stress", {}, {"cells": ({}, columns)})
+    cells = columns_of(verdicts, names)
+    return save_tables(Path(folder) / "stress.h5", "clearance-stress", {}, {"cells": ({}, cells)})

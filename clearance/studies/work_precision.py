@@ -18,6 +18,7 @@ import numpy as np
 
 from clearance.accuracy.companion import THROUGHOUT
 from clearance.accuracy.horizon import DISPLACEMENT, NotSolved, Problem, parting
+from clearance.files.texts import markdown
 from clearance.metrics.by_turn import means
 from clearance.metrics.statistics import Mean
 from clearance.results.tables import save_tables
@@ -296,19 +297,14 @@ def table(study: Study) -> list[str]:
     loop and by its call, as Markdown.
     """
     levels = [x for x in LEVELS if study.best(x) > 0.0]
-    lines = [
-        f"| {study.title}: ms to an error of | "
-        f"" + " | ".join(f"{x:.0e}" for x in levels) + " | prepared |",
-        "|---" * (len(levels) + 2) + "|",
-    ]
+    heads = f"{study.title}: ms to an error of", *(f"{x:.0e}" for x in levels), "prepared"
+    rows = []
     for c in study.curves:
-        cells = [_cell(study, c, x) for x in levels]
-        lines.append(
-            f"| {'**' + c.name + '**' if c.own else c.name} | "
-            + " | ".join(cells)
-            + (" | see below |" if c.own else f" | {c.prepared_s:.2g} s |")
-        )
-    return lines
+        name, prepared = c.name, f"{c.prepared_s:.2g} s"
+        if c.own:
+            name, prepared = f"**{c.name}**", "see below"
+        rows.append((name, *(_cell(study, c, x) for x in levels), prepared))
+    return markdown(heads, rows)
 
 
 def _cell(study: Study, curve: Curve, level: float) -> str:
@@ -357,15 +353,12 @@ def _stated(study: Study) -> list[str]:
 def statistics_table(study: Study) -> list[str]:
     """Means over turns at several tolerances: they should agree within their 95 % intervals."""
     tolerances = list(study.statistics)
-    title = f"| mean over {STATISTICS_TURNS - 1} turns +- half its 95 % interval | "
-    lines = [
-        title + " | ".join(f"rtol {r:.0e}" for r in tolerances) + " |",
-        "|---" * (len(tolerances) + 1) + "|",
-    ]
-    for name in next(iter(study.statistics.values())):
-        cells = (str(study.statistics[r].get(name, "-")) for r in tolerances)
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    return lines
+    title = f"mean over {STATISTICS_TURNS - 1} turns +- half its 95 % interval"
+    rows = (
+        (name, *(study.statistics[r].get(name, "-") for r in tolerances))
+        for name in next(iter(study.statistics.values()))
+    )
+    return markdown((title, *(f"rtol {r:.0e}" for r in tolerances)), rows)
 
 
 def plain(study: Study) -> dict:
@@ -382,21 +375,7 @@ def plain(study: Study) -> dict:
             {"rtol": r, "means": {n: m.plain() for n, m in row.items()}}
             for r, row in study.statistics.items()
         ],
-        "curves": [
-            {
-                "name": c.name,
-                "own": c.own,
-                "prepared_s": c.prepared_s,
-                "rtol": c.rtol,
-                "error": c.error,
-                "stated": c.stated,
-                "seconds": c.seconds,
-                "calls": c.calls,
-                "evaluations": c.evaluations,
-                "notes": c.notes,
-            }
-            for c in study.curves
-        ],
+        "curves": [vars(c) for c in study.curves],
     }
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.files.replacing import replacing
-from clearance.files.texts import listed
+from clearance.files.texts import listed, markdown
 from clearance.metrics.sensor import deviation, filtered
 from clearance.results.reading import checked
 from clearance.results.tables import (
@@ -166,12 +166,12 @@ def scored(folder: Path, scores: Mapping[str, Mapping[str, float]]) -> None:
     """Add scores of an estimator to the card."""
     path = folder / CARD
     head = path.read_text(encoding="utf-8").partition("\n## Baseline")[0]
-    rows = [
-        f"| {n} | {s['rms_of_logarithm']:.3g} | {100.0 * s['inside_95']:.3g} % | {s['records']} |"
+    heads = "label", "rms error of its logarithm", "95 % intervals that hold it", "records"
+    rows = (
+        (n, f"{s['rms_of_logarithm']:.3g}", f"{100.0 * s['inside_95']:.3g} %", s["records"])
         for n, s in scores.items()
-    ]
-    table = ["| label | rms error of its logarithm | 95 % intervals that hold it | records |"]
-    table += ["|---|---|---|---|", *rows]
+    )
+    table = markdown(heads, rows)
     text = "\n".join([head.rstrip(), "", "## Baseline", "", "`clearance fit`:", "", *table, ""])
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")

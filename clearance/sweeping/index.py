@@ -10,7 +10,7 @@ import json
 import logging
 import os
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -60,9 +60,7 @@ class Sweep(Drawn):
         self.definition = definition
         self.count = len(definition.points)
         numbers = _from_index(self.folder, definition) or _from_journal(self.folder, definition)
-        self.status, self.reason, self.costs, self.metrics, self.known = numbers or _from_outcomes(
-            self.count, *outcomes(self.folder, definition)
-        )
+        self.status, self.reason, self.costs, self.metrics, self.known = numbers
         self.metrics = ByName(self.metrics)
 
     def write(self) -> Path:
@@ -299,16 +297,16 @@ def _belongs(defined: object, path: Path) -> bool:
     return defined in (definitions.digest(path), path.read_text())
 
 
-def _from_journal(folder: Path, definition: definitions.Definition) -> Numbers | None:
-    """Content of a journal that has blocks, and no run has a file; None for others."""
-    entries = list(journals.entries(folder / "journal.jsonl"))
+def _from_journal(folder: Path, definition: definitions.Definition) -> Numbers:
+    """Content of the journal, and of run files that it does not list."""
+    entries: Sequence[Outcome | Block] = list(journals.entries(folder / "journal.jsonl"))
+    described: dict[str, tuple[str, str]] = {}
     if definition.files or not any(isinstance(entry, Block) for entry in entries):
-        return None
+        entries, described = outcomes(folder, definition)
     count = len(definition.keys)
     status, reason = np.full(count, MISSING, dtype="U7"), np.full(count, "", dtype=object)
     costs = {n: np.zeros(count) for n in RUN_COLUMNS}
     metrics: dict[str, np.ndarray] = {}
-    described: dict[str, tuple[str, str]] = {}
     for entry, there, at in _placed(entries, definition):
         described |= entry.known
         if isinstance(entry, Outcome):
@@ -324,7 +322,7 @@ def _from_journal(folder: Path, definition: definitions.Definition) -> Numbers |
             values[at] = np.nan
         for name, values in numbers.items():
             metrics.setdefault(name, np.full(count, np.nan))[at] = values[there]
-    return status.astype(str), reason.astype(str), costs, metrics, described
+    return status, reason.astype(str), costs, metrics, described
 
 
 def _placed(
@@ -373,24 +371,6 @@ def _standing(entry: Outcome | tuple, point: int, definition: definitions.Defini
         return entry
     status, inputs = entry
     return Outcome(point, definition.keys[point], status, made=inputs)
-
-
-def _from_outcomes(
-    count: int, outcomes: Iterable[Outcome], described: dict[str, tuple[str, str]]
-) -> Numbers:
-    status, reason = np.full(count, MISSING, dtype=object), np.full(count, "", dtype=object)
-    costs = {n: np.zeros(count) for n in RUN_COLUMNS}
-    metrics: dict[str, np.ndarray] = {}
-    for outcome in outcomes:
-        i = outcome.index
-        status[i], reason[i] = outcome.status, outcome.reason
-        for name in RUN_COLUMNS:
-            costs[name][i] = getattr(outcome, name)
-        for name, value in outcome.metrics.items():
-            if name not in metrics:
-                metrics[name] = np.full(count, np.nan)
-            metrics[name][i] = value
-    return status.astype(str), reason.astype(str), costs, metrics, described
 
 
 def outcomes(

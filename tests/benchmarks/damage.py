@@ -28,10 +28,10 @@ from typing import NamedTuple
 
 import h5py
 import numpy as np
+from clearance.paper_figures.ball_joint_bench import bench
 
 import clearance as cl
 from clearance.cli import main
-from clearance.identify.bench import bench
 from clearance.identify.records import Measurement, read, write
 from clearance.motions import branch_file
 from clearance.run.checkpoint import load, parts_folder

@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 import pytest
+from clearance.paper_figures import ball_joint_bench as module
+from clearance.paper_figures.ball_joint_bench import LOAD_EXPONENT, Joint, bench, sine, triangle
 from scipy.integrate import solve_ivp
 
-from clearance.identify import bench as module
-from clearance.identify.bench import LOAD_EXPONENT, Joint, bench, sine, triangle
 from clearance.identify.fit import fit
 from clearance.identify.records import check_units
 

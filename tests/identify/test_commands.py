@@ -6,10 +6,10 @@ import json
 import h5py
 import numpy as np
 import pytest
+from clearance.paper_figures.ball_joint_bench import bench
 
 from clearance.cli import main
 from clearance.identify import models
-from clearance.identify.bench import bench
 from clearance.identify.fit import fit, open_fit
 from clearance.identify.records import Measurement, read, write
 

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import h5py
 import numpy as np
 import pytest
+from clearance.paper_figures.ball_joint_bench import LOAD_EXPONENT, bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
@@ -18,7 +19,6 @@ from scipy.signal import lfilter
 import clearance as cl
 from clearance.identify import estimation as fitting
 from clearance.identify import models
-from clearance.identify.bench import LOAD_EXPONENT, bench
 from clearance.identify.doubts import correlation
 from clearance.identify.fit import fit, nrmse, open_fit
 from clearance.identify.models import KNOTS, Curve, lugre1d, lugre3d

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from clearance.paper_figures import ball_joint_studies as studies
 from clearance.paper_figures import ball_joint_variants as variants
+from clearance.paper_figures.ball_joint_bench import bench
 
 from clearance.identify import learn, models
-from clearance.identify.bench import bench
 from clearance.identify.fit import fit, nrmse
 
 pytestmark = pytest.mark.slow

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 from clearance.paper_figures import ball_joint_variants as variants
+from clearance.paper_figures.ball_joint_bench import Joint, bench
 
-from clearance.identify.bench import Joint, bench
 from clearance.identify.fit import fit
 from clearance.identify.models import lugre1d
 from clearance.identify.records import Measurement

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from clearance.paper_figures.ball_joint_bench import bench
 from clearance.postprocess import figures, fits
 
-from clearance.identify.bench import bench
 from clearance.identify.fit import Fit, fit, nrmse, open_fit
 from clearance.identify.models import Curve
 from clearance.identify.records import Measurement

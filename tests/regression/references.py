@@ -21,9 +21,9 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
+from clearance.paper_figures.ball_joint_bench import bench
 
 import clearance as cl
-from clearance.identify.bench import bench
 from clearance.identify.fit import fit
 from clearance.identify.models import model
 from clearance.metrics.metrics import metrics
