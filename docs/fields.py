@@ -46,13 +46,15 @@ def described(kind: type) -> Iterator[tuple[Field, str]]:
     """Fields of a kind with their names, meanings and default numbers."""
     hints = typing.get_type_hints(kind)
     for field in fields(kind):
-        if field.name not in OMITTED:
+        if field.name not in OMITTED or is_needed(field) and kind is cl.Material:
             meaning = f"{_meaning(field, hints[field.name])}{_default(field)}"
             yield field, f"`{field.name}` {meaning}".replace("|", "\\|").strip()
 
 
 def _meaning(field: Field, hint: object) -> str:
     """Text of a field with its unit, or the kind of its value."""
+    if field.name in OMITTED:
+        return "that the key of its table gives"
     number = field.metadata.get("number")
     if number:
         text = number.text.removeprefix(f"{field.name} ")

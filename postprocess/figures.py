@@ -39,6 +39,9 @@ ENTRY = (0.55, 0.07)
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: powers of ten from which on, down and up, numbers of an axis are multiples of them
 POWERS = (-3, 5)
+#: units that take a prefix in place of a power, and the prefixes
+PREFIXED = ("m", "s", "N", "N m", "Pa", "J", "W")
+PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}
 #: units as they are printed
 PRINTED = {"m/s2": "m/s²", "rad/s2": "rad/s²", "m3/s": "m³/s", "N m": "N m", "1": "-"}
 
@@ -90,7 +93,7 @@ def drawn_once(figure: Figure, path: Path, dpi: float, kind: str) -> None:
 
 
 def powers_into_labels(figure: Figure) -> None:
-    """Put the power of ten of each linear axis into its label, "energy [10⁻⁶ J]".
+    """Put the power of ten of each linear axis into its label, "energy [µJ]", "share [10⁻⁶]".
 
     Beside the axis it would lie over legends and titles. Axes that share their scale have one
     power.
@@ -109,6 +112,8 @@ def powers_into_labels(figure: Figure) -> None:
         named = [side for side in group if side.get_label_text()]
         if POWERS[0] < power < POWERS[1] or not named:
             continue
+        if all(_parts(side.get_label_text())[1] in PREFIXED for side in named):
+            power -= power % 3
         for side in named:
             side.set_label_text(_with_power(side.get_label_text(), power))
         group[0].set_major_formatter(Scaled(power))
@@ -130,13 +135,25 @@ class Scaled(ScalarFormatter):
 
 
 def _with_power(label: str, power: int) -> str:
-    """A label whose last units have a power of ten before them."""
-    ten = "10" + str(power).translate(SUPERSCRIPTS)
+    """A label whose last units have a prefix or a power of ten before them."""
+    before, units, after = _parts(label)
+    text = "10" + str(power).translate(SUPERSCRIPTS)
+    if units in PREFIXED and power in PREFIXES:
+        text = PREFIXES[power] + units
+    elif units not in ("-", "1", ""):
+        text = f"{text} {units}"
+    return f"{before}[{text}]{after}"
+
+
+def _parts(label: str) -> tuple[str, str, str]:
+    """A label before its last units, these, and what follows."""
     before, bracket, rest = label.rpartition("[")
     units, _, after = rest.partition("]")
-    if not bracket:
-        return f"{label} [{ten}]"
-    return f"{before}[{ten}{'' if units in ('-', '1') else f' {units}'}]{after}"
+    return (
+        (before, units.replace("\N{NO-BREAK SPACE}", " "), after)
+        if bracket
+        else (f"{label} ", "", "")
+    )
 
 
 def with_units(text: str, units: str) -> str:

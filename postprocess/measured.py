@@ -89,14 +89,15 @@ def compare(
 ) -> Comparison:
     """A measured record beside a channel of a run.
 
-    measured: a CSV file, see `read`, or a record; channels: the channel, such as "slider.ax"
-    (default: the name of the column); column: of the file, where it has several.
+    measured: a CSV file, see `read`, or a record; channels: the channel, such as "slider.ax" or
+    "slider.ax=COLUMN" (default: the name of the column); column: of the file, where it has several.
     shift: place in the run where the record begins, in its unit (s, or deg along an angle) or a
     text with a unit. `"found"`: where the rms difference is smallest. settle: turns left out.
     Raises ValueError for a record in another unit, and for one that is longer than the run.
     """
-    record = measured if isinstance(measured, Measured) else read(measured, column)
-    path = record.column if channels is None else channels
+    path, _, named = (channels or "").partition("=")
+    record = measured if isinstance(measured, Measured) else read(measured, named or column)
+    path = path or record.column
     modelled = channel(run, path)
     if record.units not in ("?", modelled.units):
         unit = f"column {record.column!r} is in {record.units}"

@@ -168,8 +168,8 @@ KINDS = {"trajectory": "trajectories", "extreme": "extremes", "mean": "means"}
 
 
 def stated_against_true(rows, path: str | Path) -> Path:
-    """Stated over true relative errors, a point a number; below the diagonal a statement would be
-    too small.
+    """Stated over true errors, both over the number or the clearance, a point a number; below the
+    diagonal a statement would be too small.
 
     rows: with kind, stated and true.
     """
@@ -189,7 +189,7 @@ def stated_against_true(rows, path: str | Path) -> Path:
             f"{KINDS.get(kind, kind)}: {np.mean(stated >= true):.1%} of {len(mine)} covered",
             fontsize=10,
         )
-        axes.set_xlabel("true error, relative [-]")
+        axes.set_xlabel("true error over the number [-]")
         axes.grid(True, which="major", color="0.9")
         axes.text(
             0.97,
@@ -204,5 +204,5 @@ def stated_against_true(rows, path: str | Path) -> Path:
             axes.tick_params(labelleft=False)
     first.set_xlim(low, high)
     first.set_ylim(low, high)
-    figure.axes[0].set_ylabel("stated error, relative [-]")
+    figure.axes[0].set_ylabel("stated error over the number [-]")
     return saved(figure, path)

@@ -3,6 +3,7 @@
 import argparse
 import contextlib
 import json
+import logging
 import math
 import sys
 import textwrap
@@ -25,6 +26,12 @@ def add_command(commands, name: str, help: str | None = None, **more) -> argpars
     """
     help = help or COMMANDS[name]
     return commands.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.", **more)
+
+
+def log_to_terminal() -> None:
+    """Show remarks and progress of the loggers."""
+    logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
+    logging.getLogger("skfem").setLevel(logging.WARNING)  # it reports every basis
 
 
 def quantity_of(units: str):

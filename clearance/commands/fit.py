@@ -10,6 +10,7 @@ from clearance.commands.common import (
     add_command,
     complain,
     json_text,
+    log_to_terminal,
     number,
     seed_of,
 )
@@ -96,6 +97,8 @@ def run(options) -> int:
     if not options.data:
         raise ValueError("fit: --data names a record; --plan needs none")
     check_bounds(bounds)
+    if not options.json:
+        log_to_terminal()
     try:
         result = fit(
             scene,

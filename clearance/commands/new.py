@@ -39,7 +39,8 @@ def run(options) -> int:
         raise ValueError(f"-o {path}: the name of a {kind} ends in {suffix}")
     if path.exists():
         raise ValueError(f"{path} is there already; give another name by -o")
-    path.write_text(_python(options) if options.python else _toml(options), encoding="utf-8")
+    written = _python if options.python else _toml
+    path.write_text(written(options, path.parent), encoding="utf-8")
     sentence = f"wrote {path}; clearance run {path} runs it"
     print(json_text({"file": str(path)}) if options.json else sentence)
     return DONE
@@ -57,7 +58,7 @@ def _template(options) -> Path | None:
     return templates.path_of(options.case)
 
 
-def _python(options) -> str:
+def _python(options, folder: Path) -> str:
     """The Python case of a scene file. Raises ValueError where there is none."""
     from clearance.scene.write_python import python_of
 
@@ -67,10 +68,10 @@ def _python(options) -> str:
         raise ValueError(
             f"--python needs a mechanism or a scene file, got {options.case!r}{answer}"
         )
-    return python_of(source)
+    return python_of(source, folder)
 
 
-def _toml(options) -> str:
+def _toml(options, folder: Path) -> str:
     """The text of the scene file."""
     if template := _template(options):
         return template.read_text(encoding="utf-8")
@@ -80,20 +81,22 @@ def _toml(options) -> str:
     if options.case.endswith(".h5"):
         from clearance.results.result import open_result
         from clearance.scene.scene import Scene
-        from clearance.scene.write_toml import by_hand
 
         if options.parameters:
             raise ValueError(f"-p: {options.case} is a result, whose numbers are given")
         with open_result(options.case) as result:
             sources = result.reader.document("", "scene").get("sources")
             if sources:  # their texts would be run
-                names = ", ".join(name.rpartition(".")[2] for name in sources)
-                raise ValueError(f"{options.case} has laws of {names}: {by_hand('NAME')}")
-            return toml_of(Scene.from_json(result.reader.attribute("", "scene")))
+                names = ", ".join(sorted(Path(text["file"]).name for text in sources.values()))
+                hint = (
+                    f"write its case instead, clearance new CASE.py, or run {options.case} --again"
+                )
+                raise ValueError(f"laws of {names} in a result are not run by new; {hint}")
+            return toml_of(Scene.from_json(result.reader.attribute("", "scene")), folder=folder)
     suffixed = Path(options.case).suffix or len(Path(options.case).parts) > 1
     if not suffixed and options.case not in case_names():
         names = (*templates.NAMES, *case_names())
         answer = f"{meant(options.case, names)}; one of {', '.join(dict.fromkeys(names))}"
         raise ValueError(f"unknown mechanism {options.case!r}{answer}, or give a path to a file")
     case, _, scene = scene_of(options)
-    return toml_of(scene, case.summary)
+    return toml_of(scene, case.summary, folder)

@@ -11,6 +11,7 @@ from clearance.commands.common import (
     add_length,
     complain,
     json_text,
+    log_to_terminal,
     number,
     quiet,
     seed_of,
@@ -93,6 +94,8 @@ def run(options) -> int:
     check_bounds(bounds)
     if not options.minimize and not options.maximize:
         raise ValueError("optimize: --minimize METRIC or --maximize METRIC names the goal")
+    if not options.json:
+        log_to_terminal()
     try:
         result = optimize(
             scene,

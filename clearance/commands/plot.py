@@ -21,7 +21,7 @@ EXAMPLES = """\
   clearance plot arm.h5 friction --joint shoulder,elbow -o friction.pdf
   clearance plot film.h5 pressure --joint B  # of a run with --pressure-fields N
   clearance plot run.h5 tornado --metrics "joint_B_*"  # of a run with --sensitivity NAMES
-  clearance plot run.h5 --measured bench.csv --column ax --channels slider.ax  # data beside the run
+  clearance plot run.h5 --measured bench.csv --channels slider.ax=a  # column a beside the run
   clearance plot run.h5 animation --turns 2 --frames 100 -o run.gif
   clearance plot SWEEP map --metrics "joint_*_force_max,period" --x speed --y clearance \\
     --at model=dry
@@ -72,7 +72,7 @@ def add(commands) -> argparse.ArgumentParser:
         "--measured",
         metavar="FILE.csv",
         help="measured data over time or drive angle, with units in the header, to lay over a "
-        "channel",
+        "channel of --channels, CHANNEL or CHANNEL=COLUMN",
     )
     p.add_argument(
         "--column", metavar="NAME", help="column of the measured data, where there are several"

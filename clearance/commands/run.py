@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import logging
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,6 +27,7 @@ from clearance.commands.common import (
     complain,
     json_text,
     length_of,
+    log_to_terminal,
     number,
     parameter_lines,
     quantity_of,
@@ -200,8 +200,7 @@ def _simulated(options, case, scene, output: Path):
     from clearance.simulation import SimulationError, simulate
 
     if not options.json:
-        logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
-        logging.getLogger("skfem").setLevel(logging.WARNING)  # it reports every basis
+        log_to_terminal()
     more = {"checkpoint": options.checkpoint, "force": options.force}
     more["sensitivity"] = options.sensitivity
     arguments = options.of_file if options.again else _arguments(options, case, scene)
@@ -318,7 +317,7 @@ def _readable(summary: dict, parameters: list[str]) -> str:
     lines += steady.lines(s.get("steady")) + _settled_lines(s) + _assumed(s["assumptions"])
     if s["contacts"]:
         still = f" ({s['open_contacts']} not over at the end)" if s["open_contacts"] else ""
-        lines.append(f"  events       {sum(s['contacts'].values())} contacts{still}")
+        lines.append(f"  events       {_contacts(sum(s['contacts'].values()))}{still}")
     if "horizon" in s:
         lines.append(f"  horizon      {s['horizon']}")
     if "statistics" in s:
@@ -346,7 +345,11 @@ def _settled_lines(s: dict) -> list[str]:
         part = f"from {window['begin_s']:.6g} to {window['end_s']:.6g} s"
         lines.append(f"  settled      {part}; start-up in brackets")
     for name, joint in s["joints"].items():
-        lines.append(f"  joint {name:<6} {_joint_line(joint)}" + _counted(s["contacts"].get(name)))
+        text = f"  joint {name:<6} {_joint_line(joint)}"
+        if count := s["contacts"].get(name):
+            early = s["startup_contacts"].get(name, 0)
+            text += f", {_contacts(count - early)}" + (f" ({early})" if early else "")
+        lines.append(text)
     for name, drive in s["drives"].items():
         bracket = _bracket(drive, "startup_peak")
         effort = with_error(drive["peak"], drive.get("peak_error"), drive["units"], bracket)
@@ -367,8 +370,8 @@ def _bracket(part: dict, name: str, factor: float = 1.0, form: str = ".6g") -> s
     return f" ({part[name] * factor:{form}})" if name in part else ""
 
 
-def _counted(contacts: int | None) -> str:
-    return "" if contacts is None else f", {contacts} contacts"
+def _contacts(count: int) -> str:
+    return f"{count} contact{'s' * (count != 1)}"
 
 
 def _film_part(joint: dict) -> str:

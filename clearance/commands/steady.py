@@ -1,13 +1,12 @@
 """`clearance run --steady`: the periodic motion of a case in place of a run from its start."""
 
 import argparse
-import logging
 import math
 from collections.abc import Iterable
 from pathlib import Path
 
 from clearance.commands.accuracy import rounded_up
-from clearance.commands.common import Line, channel_patterns, share
+from clearance.commands.common import Line, channel_patterns, log_to_terminal, share
 
 #: options of a run from its start, and their defaults
 OTHERS = {
@@ -63,8 +62,7 @@ def solved(options, case, scene, output: Path):
     from clearance.motions.steady import steady
 
     if not options.json:
-        logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
-        logging.getLogger("skfem").setLevel(logging.WARNING)
+        log_to_terminal()
     line = Line(options)
     try:
         result = steady(

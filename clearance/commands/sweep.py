@@ -20,6 +20,7 @@ from clearance.commands.common import (
     complain,
     given,
     json_text,
+    log_to_terminal,
     number,
     quantity_of,
     quiet,
@@ -164,7 +165,7 @@ def begin(options) -> "Progress":
         options.turns = 2.0
     shown = Progress(options)
     if not shown.quiet:  # compiling takes a while; the progress bar reports what becomes of points
-        logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
+        log_to_terminal()
         logging.getLogger("clearance.sweep").propagate = False
     return shown
 

@@ -55,7 +55,7 @@ def add(commands) -> argparse.ArgumentParser:
         "--measured",
         metavar="FILE.csv",
         help="measured data over time or drive angle, with units in the header, laid over the "
-        "first of --channels (default: the channel that its column names)",
+        "first of --channels, or CHANNEL=COLUMN (default: the channel that its column names)",
     )
     p.add_argument(
         "--column", metavar="NAME", help="column of the measured data, where there are several"
@@ -94,7 +94,8 @@ def run(options) -> int:
     from clearance.postprocess.view import view
 
     inputs = [existing(path) for path in options.inputs]
-    shown = {"channels": listed(options.channels), "settle": options.settle}
+    channels = [name.partition("=")[0] for name in listed(options.channels) or ()] or None
+    shown = {"channels": channels, "settle": options.settle}
     page = view(inputs, options.output, measured=_measured(options, inputs[0]), **shown)
     size = page.stat().st_size
     if options.json:

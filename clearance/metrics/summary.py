@@ -4,6 +4,7 @@
 """
 
 import math
+from collections import Counter
 
 import numpy as np
 
@@ -34,10 +35,8 @@ def summary(result: Record, settle: float | None = None) -> dict:
     """
     solver, events, window = result.solver, result.events, Window.of(result, settle)
     begin, end = (0.0, math.inf) if window is None else window.bounds(result)
-    contacts: dict[str, int] = {}
-    for spot in events["joint"]:
-        joint = str(spot).partition("/")[0]
-        contacts[joint] = contacts.get(joint, 0) + 1
+    joints = [str(spot).partition("/")[0] for spot in events["joint"]]
+    early = (j for j, time in zip(joints, events["time"], strict=True) if time < begin)
     energy = result.facts("energy")
     return {
         "status": result.status,
@@ -50,7 +49,8 @@ def summary(result: Record, settle: float | None = None) -> dict:
         "integration_s": float(solver["wall_s"]),
         "energy_residual": float(energy.get("largest_residual", 0.0)),
         "energy_turned_over": float(energy.get("turned_over", 0.0)),
-        "contacts": contacts,
+        "contacts": Counter(joints),
+        "startup_contacts": Counter(early),
         "open_contacts": sum(str(k) == "open_contact" for k in events["kind"]),
         "settled": None
         if window is None

@@ -500,13 +500,31 @@ class Section:
         The increment is the cube root of the local tolerance, the square root where neighbours
         that far away have other contacts. At a smaller one the integration's errors count more.
         """
-        step = self.motion.rtol ** (1.0 / 3.0)
-        try:
-            ahead, behind = (self.derivative(passage, image, s) for s in (step, -step))
-        except NotPeriodic:
-            step = math.sqrt(self.motion.rtol)
-            ahead, behind = (self.derivative(passage, image, s) for s in (step, -step))
-        return 0.5 * (ahead + behind), 0.5 * (ahead - behind)
+        return self._central(passage, image)[0]
+
+    def refined(self, passage: Place, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivative by central differences with half the increment, and two matrices of errors.
+
+        The first is what the spread of `central` has beyond the part that is proportional to the
+        increment, which central differences do not have: noise and kinks. The second is what half
+        the increment changes.
+        """
+        (entire, spread), (half, less) = self._central(passage, image, 1.0, 0.5)
+        return half, np.hstack([2.0 * less - spread, half - entire])
+
+    def _central(self, passage: Place, image: np.ndarray, *shares: float) -> list[tuple]:
+        """Derivatives and spreads at shares of the increment."""
+        for step in (self.motion.rtol ** (1.0 / 3.0), math.sqrt(self.motion.rtol)):
+            try:
+                sides = [
+                    [self.derivative(passage, image, s * step) for s in (share, -share)]
+                    for share in shares or (1.0,)
+                ]
+            except NotPeriodic as error:
+                reason = error
+            else:
+                return [(0.5 * (a + b), 0.5 * (a - b)) for a, b in sides]
+        raise reason
 
     def derivative(self, start: Place, image: np.ndarray, step: float | None = None) -> np.ndarray:
         """Derivative of the map by one-sided differences; image: coordinates of the next passage.

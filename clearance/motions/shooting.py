@@ -16,10 +16,9 @@ SLOW_LIMIT = 3.0  # natural sizes: its longest step
 
 @dataclass(frozen=True)
 class Fixed:
-    """A fixed point of a section's map. derivative: of the map there, central; spread: half of
-    what forward differences have more than backward ones; change: what is left of P(y) - y
-    [natural sizes]; distance: the next step of Newton's method, how far away the fixed point
-    lies.
+    """A fixed point of a section's map. derivative: of the map there; spread: errors of it, see
+    `Section.refined`; change: what is left of P(y) - y [natural sizes]; distance: the next step of
+    Newton's method, how far away the fixed point lies.
     """
 
     place: Place
@@ -44,8 +43,8 @@ def multipliers(derivative: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray,
 
     With left and right eigenvectors w and v, w v = 1, the error is sum_j |w spread_j v_j|. Each
     column j comes from runs of its own, whose errors are independent. An error in one of the two
-    runs moves the central difference as much as the spread. Infinite where there are too few
-    eigenvectors.
+    runs moves the central difference as much as the spread. A spread may have several such matrices
+    side by side. Infinite where there are too few eigenvectors.
     Source: Golub and Van Loan, Matrix Computations, 4th ed. 2013, 7.2.
     """
     values, vectors = np.linalg.eig(derivative)
@@ -56,7 +55,8 @@ def multipliers(derivative: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray,
         lefts = np.linalg.inv(vectors)
     except np.linalg.LinAlgError:
         return values, np.full(values.size, np.inf)
-    return values, np.abs((lefts @ spread) * vectors.T).sum(axis=1)
+    sides = spread.shape[1] // values.size
+    return values, np.abs((lefts @ spread) * np.tile(vectors.T, sides)).sum(axis=1)
 
 
 def newton(section: Section, passage: Place, tolerance: float) -> Fixed:
@@ -78,7 +78,7 @@ def newton(section: Section, passage: Place, tolerance: float) -> Fixed:
             step = _solved(np.eye(base.size) - derivative, change)
             length = float(np.abs(step).max())
             if last < tolerance:
-                both = section.central(passage, base + change)
+                both = section.refined(passage, base + change)
                 return Fixed(passage, *both, float(np.abs(change).max()), length)
             if length > 2.0 * last and length > LIMIT:
                 break

@@ -32,6 +32,8 @@ FINE, COARSE = 1e-13, 1e-9  # local tolerances, at least and at most
 FINER = 1e-6  # local tolerance over the requested one
 NEAR = 1e-2  # natural sizes: a motion that comes back so nearly is worth Newton's method
 CLOSE = 3.0  # least change over some turns: a shorter period may have so much more
+LEAVING = 1e-3  # natural sizes: beside an unstable motion, where a motion that leaves it begins
+SIDEWAYS = 200  # periods of it, at most
 AGAIN = 20  # periods more where that failed
 SAME = 10.0  # tolerances within which two passages are one
 PHASES = 48  # of a turn, among which the section is chosen
@@ -287,12 +289,40 @@ class Search:
         if any(self.motion.held & self.motion.remembers):
             raise Family(self._held())
         section, fixed = self._shortest(section, newton(section, passage, tolerance))
-        if (largest := abs(fixed.multipliers[0])) >= 1.0:
-            raise NotPeriodic(
-                f"a motion of {numbered(turns)} was met that is unstable (multiplier of size "
-                f"{largest:.3g})"
-            )
-        return section, fixed
+        if (largest := abs(fixed.multipliers[0])) < 1.0:
+            return section, fixed
+        if (beside := self._beside(section, fixed)) is not None:
+            return section, beside
+        text = f"a motion of {numbered(turns)} was met that is unstable"
+        raise NotPeriodic(f"{text} (multiplier of size {largest:.3g})")
+
+    def _beside(self, section: Section, saddle: Fixed) -> Fixed | None:
+        """The stable motion beside an unstable one, as both are near a fold.
+
+        The motion leaves it to either side along the direction that grows. Where it slows down
+        again, Newton's method begins.
+        """
+        values, vectors = np.linalg.eig(saddle.derivative)
+        first = np.abs(values).argmax()
+        if values[first].imag or values[first].real < 0.0:
+            return None
+        leaving = LEAVING * vectors[:, first].real
+        for side in (leaving, -leaving):
+            place = section.place(section.vector(saddle.place) + side, saddle.place)
+            changes = [0.0]
+            try:
+                with self.motion.trials():
+                    while changes[-1] < NEAR and len(changes) < SIDEWAYS:
+                        before, place = place, section.next(place)
+                        changes.append(float(np.abs(section.between(before, place)).max()))
+                        if len(changes) > AGAIN and changes[-1] < FAST * max(changes):
+                            break
+                fixed = newton(section, place, self.tolerance)
+            except NotPeriodic:
+                continue
+            if abs(fixed.multipliers[0]) < 1.0:
+                return fixed
+        return None
 
     def _shortest(self, section: Section, fixed: Fixed) -> tuple[Section, Fixed]:
         """The same motion with its shortest period."""

@@ -1,6 +1,7 @@
-"""A bar of what is done, in a terminal or a notebook, for studies that are called from Python."""
+"""The share of a study that is done: a bar where it is seen, else lines of the logger."""
 
 import importlib.util
+import logging
 import sys
 import time
 from collections.abc import Callable
@@ -8,7 +9,9 @@ from functools import wraps
 from typing import TypeVar
 
 Study = TypeVar("Study", bound=Callable)
+LOG = logging.getLogger("clearance")
 DELAY = 1.0  # seconds before a bar is shown
+INTERVAL = 30.0  # seconds between lines of the logger
 FORM = "{l_bar}{bar}| {elapsed} passed, {remaining} left {postfix}"
 
 #: what the process does: "command" shows no bar unless one is requested, "study" is inside another
@@ -20,29 +23,40 @@ def by_command() -> None:
     _state["command"] = True
 
 
-def seen() -> bool:
-    """True where a person may look: in a notebook, or at a terminal of the first process."""
+def is_worker() -> bool:
     processes = sys.modules.get("multiprocessing")
-    if processes is not None and processes.parent_process() is not None:
-        return False
+    return processes is not None and processes.parent_process() is not None
+
+
+def seen() -> bool:
+    """True where a person may look: in a notebook, or at a terminal."""
     return "ipykernel" in sys.modules or sys.stderr is not None and sys.stderr.isatty()
 
 
 class ProgressBar:
-    """A bar of the share that is done, or of words, once a study takes longer than a second."""
+    """A bar of the share that is done, or of words, once a study takes longer than a second.
+
+    Where nobody sees it, a line of the logger each half minute.
+    """
 
     def __init__(self, name: str):
         self.name, self.began, self.bar = name, time.perf_counter(), None
+        self.seen, self.last = seen(), self.began
 
     def __call__(self, state, words: str = "") -> None:
         """state: done share, a sentence, or numbers of points as `sweep` reports them."""
-        if time.perf_counter() - self.began < DELAY:
+        now = time.perf_counter()
+        if now - self.last < (DELAY if self.seen else INTERVAL):
             return
         if isinstance(state, str):
             state, words = 0.0, state
         elif hasattr(state, "total"):
             words = f"{state.done} of {state.total} done, {state.failed} failed"
             state = (state.done + state.failed) / state.total
+        if not self.seen:
+            self.last = now
+            LOG.info("%s: %.0f s, %.0f %% done %s", self.name, now - self.began, 100 * state, words)
+            return
         bar = self.bar = self.bar or self._new()
         bar.set_postfix_str(words, refresh=False)
         bar.update(100.0 * state - bar.n)
@@ -63,14 +77,15 @@ class ProgressBar:
 
 
 def watched(study: Study) -> Study:
-    """Decorate a function with an argument `progress`: a bar stands for None where one is seen, for
-    True also in commands. False and studies inside a study have none.
+    """Decorate a function with an argument `progress`: a bar stands for None, for True also in
+    commands. False, studies inside a study and workers have none.
     """
 
     @wraps(study)
     def shown(*arguments, progress=None, **options):
         wanted = progress is True or progress is None and not _state["command"]
-        bar = ProgressBar(study.__name__) if wanted and seen() and not _state["study"] else None
+        inner = _state["study"] or is_worker()
+        bar = ProgressBar(study.__name__) if wanted and not inner else None
         before, _state["study"] = _state["study"], True
         try:
             report = bar if progress is None or isinstance(progress, bool) else progress

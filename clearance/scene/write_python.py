@@ -16,7 +16,7 @@ from clearance.film import names
 from clearance.laws.law import BoundLaw
 from clearance.laws.materials import Lubricant, Material, steel
 from clearance.scene.case import Parameter
-from clearance.scene.document import KINDS, NONE
+from clearance.scene.document import KINDS, NONE, at
 from clearance.scene.toml_scene import FUNCTIONS, MEASURED, PARAMETER, SECTIONS, scene_file
 from clearance.values.units import quantity
 
@@ -30,25 +30,26 @@ FIRST = ("a", "b", "target", "point", "body")  # fields that are given without t
 SHARED = {"lubricant": Lubricant, "material": Material}
 
 
-def python_of(path: Path) -> str:
-    """The Python case of a scene file.
+def python_of(path: Path, folder: Path | None = None) -> str:
+    """The Python case of a scene file; folder: of the case, that of the file by default.
 
-    Raises ValueError for a wrong file, and for laws of its folder.
+    Raises ValueError for a wrong file, and for laws of files that lie not below the folder.
     """
     case = scene_file(path)
     case.scene()
-    return _Writer(tomllib.loads(text_of(path)), case).text()
+    return _Writer(tomllib.loads(text_of(path)), case, folder or path.parent).text()
 
 
 class _Writer:
     """The text of a case, from the document of a scene file.
 
     names: (section, name) -> variable; rows: elements by section and name; named: lines of those
-    that others name.
+    that others name; imports: lines of laws from files.
     """
 
-    def __init__(self, document: Mapping, case):
-        self.document, self.case = document, case
+    def __init__(self, document: Mapping, case, folder: Path):
+        self.document, self.case, self.folder = document, case, folder.resolve()
+        self.imports: dict[str, None] = {}
         self.names: dict[tuple[str, str], str] = {}
         self.taken = {"cl", "math", "scene", *case.parameters}
         sections = (s for s in document if s in SECTIONS)
@@ -63,7 +64,8 @@ class _Writer:
         )
         head = f'"""{self.case.summary or self.case.name}"""'
         maths = "import math\n\n" if "math." in body else ""
-        return f"{head}\n\n{maths}import clearance as cl\n\n\n{self._function()}{body}\n"
+        imports = "\n".join(["import clearance as cl", *self.imports])
+        return f"{head}\n\n{maths}{imports}\n\n\n{self._function()}{body}\n"
 
     def _function(self) -> str:
         """The line that begins the function, and its docstring."""
@@ -120,7 +122,9 @@ class _Writer:
         """The call that makes an element; elements that it names have their line first."""
         table = dict(self.rows[key])
         kind = table.pop("kind", SECTIONS[key[0]][0])
-        return _call(f"cl.{kind}", [*self._fields(KINDS[kind], table), f'name="{key[1]}"'])
+        with at(*key):
+            texts = self._fields(KINDS[kind], table)
+        return _call(f"cl.{kind}", [*texts, f'name="{key[1]}"'])
 
     # --- values
     def _fields(self, kind: type, table: Mapping) -> list[str]:
@@ -128,7 +132,8 @@ class _Writer:
         by_name, hints = {f.name: f for f in fields(kind)}, typing.get_type_hints(kind)
         texts = []
         for positional, (name, value) in zip([*by_name, *table], table.items(), strict=False):
-            text = self._value(by_name[name], hints[name], value)
+            with at(name):
+                text = self._value(by_name[name], hints[name], value)
             texts.append(text if name == positional and name in FIRST else f"{name}={text}")
         return texts
 
@@ -199,19 +204,36 @@ class _Writer:
 
     def _record(self, kind: type, value: object) -> str:
         if isinstance(value, str):
-            return "cl.steel" if value == steel.name else self.names[kind.__name__.lower(), value]
+            usual = "cl.steel" if value == steel.name else f'cl.Material.named("{value}")'
+            return self.names.get((kind.__name__.lower(), value), usual)
         return _call(f"cl.{kind.__name__}", self._fields(kind, value))
 
     def _law(self, value: str | Mapping) -> str:
         """A law by its public name."""
         table = {"law": value} if isinstance(value, str) else value
         name = table["law"]
-        if PARAMETER.search(name) or ":" in name:
-            raise ValueError(f"law {name!r} has no Python form here; write it by hand")
+        if PARAMETER.search(name):
+            raise ValueError(f"law {name!r} is no name; name one law, and convert again")
         if name == NONE:
             return "None"
         arguments = [f"{n}={self._number(v)}" for n, v in table.items() if n != "law"]
+        if ":" in name:
+            return _call(self._imported(*name.rsplit(":", 1)), arguments)
         return _call(f"cl.films.{name}" if name in names.__all__ else f"cl.{name}", arguments)
+
+    def _imported(self, file: str, name: str) -> str:
+        """The name of a law from a file or a module, imported."""
+        module = file
+        if file.endswith(".py"):
+            path = (self.case.path.parent / file).resolve()
+            if not path.is_relative_to(self.folder):
+                raise ValueError(f"the case must lie beside {file}, to import it; give -o there")
+            module = ".".join(path.relative_to(self.folder).with_suffix("").parts)
+        text = self._variable(module.replace(".", "_"), name)
+        self.imports[f"from {module} import {name}" + (f" as {text}" if text != name else "")] = (
+            None
+        )
+        return text
 
 
 def _call(name: str, arguments: list[str], extra: int = 8) -> str:

@@ -4,30 +4,34 @@ import inspect
 import json
 from collections.abc import Callable
 from dataclasses import MISSING, fields
+from pathlib import Path
 
 from clearance.elements.body import Body, Point, ground
 from clearance.elements.element import Element
 from clearance.laws.law import BoundLaw, Law
-from clearance.scene.document import plain
+from clearance.scene.document import KINDS, PACKAGE, plain
 from clearance.scene.scene import Scene
 from clearance.scene.toml_scene import laws_for
 
 WIDTH = 100  # of a line
 
 
-def toml_of(scene: Scene, text: str = "") -> str:
-    """The text of a scene file that has this scene; text: its summary.
+def toml_of(scene: Scene, text: str = "", folder: Path = Path()) -> str:
+    """The text of a scene file that has this scene; text: its summary; folder: of the file.
 
-    Raises ValueError for a law that does not come with the package: its file has to be named by
-    hand.
+    Laws of a user's file are named by its path. Raises ValueError for a law without a file, and for
+    an element of a user.
     """
     head = [f"name = {json.dumps(scene.name)}"]
     head += [f"text = {json.dumps(text)}"] if text else []
     head += [f"gravity = {_value(list(scene.gravity))}"]
-    parts = [("body", b.name, _fields(b)) for b in scene.bodies]
+    parts = [("body", b.name, _fields(b, folder)) for b in scene.bodies]
     for element in scene.elements:
-        kind = {"kind": json.dumps(type(element).__name__)}
-        parts.append((element.group.removesuffix("s"), element.name, kind | _fields(element)))
+        kind = type(element).__name__
+        if kind not in KINDS:
+            raise ValueError(f"{element.name}: a scene file has no {kind}; keep the Python case")
+        values = {"kind": json.dumps(kind)} | _fields(element, folder)
+        parts.append((element.group.removesuffix("s"), element.name, values))
     sections: dict[str, list[str]] = {}
     for section, name, values in parts:
         sections.setdefault(section, []).extend(_rows(_key(name), values))
@@ -41,14 +45,15 @@ def _rows(name: str, values: dict[str, str]) -> list[str]:
     return [line] if len(line) <= WIDTH else [f"{name}.{n} = {v}" for n, v in values.items()]
 
 
-def _fields(part: Body | Element) -> dict[str, str]:
+def _fields(part: Body | Element, folder: Path) -> dict[str, str]:
     """Fields of a body or an element that are not as usual, as texts."""
     entries = {}
     for field in fields(part):
         value = getattr(part, field.name)
         if field.name == "name" or value == _usual(field):
             continue
-        entries[field.name] = _value(value, field)
+        is_law = isinstance(value, BoundLaw)
+        entries[field.name] = _law(value, field, folder) if is_law else _value(value)
     return entries
 
 
@@ -56,10 +61,8 @@ def _usual(field) -> object:
     return field.default_factory() if field.default_factory is not MISSING else field.default
 
 
-def _value(value: object, field=None) -> str:
-    """A value as TOML. Raises ValueError for what a scene file cannot have."""
-    if isinstance(value, BoundLaw):
-        return _law(value, field)
+def _value(value: object) -> str:
+    """A value as TOML."""
     if isinstance(value, Point):
         return _point(value)
     if isinstance(value, Body):
@@ -97,17 +100,15 @@ def _point(point: Point) -> str:
     return _table({name: _value(value) for name, value in plain(point).items()})
 
 
-def by_hand(name: str) -> str:
-    """A law of a user has no name in a scene file."""
-    return f'write law = "FILE.py:{name}" by hand'
-
-
-def _law(law: BoundLaw, field) -> str:
+def _law(law: BoundLaw, field, folder: Path) -> str:
     """A law by its name, with the parameters that are neither usual nor its joint's."""
-    if not law.law.__module__.startswith("clearance."):
-        reason = by_hand(law.law.name)
-        raise ValueError(f"{law.law.name} is a law of {law.law.__module__}: {reason}")
     numbers = {n: v for n, v in law.parameters.items() if n not in law.of_joint}
+    if not str(law.law.__module__).startswith(PACKAGE):
+        file, folder = Path(law.law.function.__code__.co_filename), folder.resolve()
+        if not file.is_file():
+            raise ValueError(f"the law {law.law.name} has no file: put it into one")
+        path = file.relative_to(folder) if file.is_relative_to(folder) else file
+        return _spelled(f"{path.as_posix()}:{law.law.name}", numbers)
     for name, candidate in laws_for(field).items():
         if candidate is law.law:
             usual = law.law.parameters

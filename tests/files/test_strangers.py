@@ -69,7 +69,7 @@ def test_S3_new_runs_no_law_of_a_file(tmp_path):
     (tmp_path / "evil_law.py").unlink()
     done = as_user(tmp_path, "new", "run.h5", "-o", "new.toml")
     assert done.returncode == 2
-    assert 'has laws of evil_law: write law = "FILE.py:NAME" by hand' in done.stderr
+    assert "laws of evil_law.py in a result are not run by new" in done.stderr
     assert not mark.exists()
     assert not (tmp_path / "new.toml").exists()
 

@@ -43,6 +43,19 @@ def test_a_record_over_time_is_found_where_it_was_taken(run, tmp_path):
     assert str(actual).startswith("rocker angular acceleration: rms error")
 
 
+def test_a_channel_names_its_column(run, tmp_path, typed):
+    """As in fits: CHANNEL=COLUMN, in Python and in both commands; the others stay as they are."""
+    time = np.linspace(0.0, 0.1, 50)
+    path = written(tmp_path / "c.csv", "t [s],a [rad/s],b [N]", time, time, time)
+    compared = cl.compare(run, path, "rocker.omega=a")
+    assert (compared.measured.column, compared.channel) == ("a", "rocker.omega")
+    cl.simulate(cl.load_case("six_bar_feeder"), until=0.2, path=tmp_path / "r.h5").close()
+    for command in ("view", "plot"):
+        words = ("--channels", "rocker.omega=a", "--measured", path, "-o", tmp_path / "out.html")
+        words = (*words[:-1], tmp_path / "out.png") if command == "plot" else words
+        assert "wrote" in typed(command, tmp_path / "r.h5", *words).out
+
+
 def test_noise_is_the_error(run, tmp_path):
     """Normal noise of size s: rms s within its scatter s / sqrt(2 n), four times; the range is
     larger by its tails.

@@ -100,8 +100,8 @@ def test_peaks_of_a_usual_size_stay_on_the_axis():
 
 
 def test_powers_of_ten_stand_in_labels(tmp_path):
-    """Of shared axes in the label that is there; small and large numbers alike; saving twice
-    changes nothing.
+    """Of shared axes in the label that is there; small and large numbers alike, with a prefix where
+    the unit takes one; saving twice changes nothing.
     """
     figure = figures.sheet(4.0, 4.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
@@ -111,8 +111,8 @@ def test_powers_of_ten_stand_in_labels(tmp_path):
     lower.set(xlabel="time [s]", ylabel="ratio [-]")
     for _ in range(2):
         figures.save(figure, tmp_path / "p.png")
-        assert (upper.get_ylabel(), lower.get_xlabel()) == ("force [10⁷ N]", "time [10⁻⁶ s]")
-        assert [t.get_text() for t in upper.get_yticklabels()][1:4] == ["0.0", "0.5", "1.0"]
+        assert (upper.get_ylabel(), lower.get_xlabel()) == ("force [MN]", "time [µs]")
+        assert [t.get_text() for t in upper.get_yticklabels()][1:4] == ["0", "5", "10"]
         assert (
             upper.yaxis.get_offset_text().get_text()
             == lower.xaxis.get_offset_text().get_text()
@@ -121,6 +121,8 @@ def test_powers_of_ten_stand_in_labels(tmp_path):
     assert lower.get_ylabel() == "ratio [-]"
     assert lower.yaxis.get_offset_text().get_text() == ""
     assert figures._with_power("share", -4) == "share [10⁻⁴]"
+    assert figures._with_power("acceleration [m/s²]", 6) == "acceleration [10⁶ m/s²]"
+    assert figures._with_power("torque [N\N{NO-BREAK SPACE}m]", -6) == "torque [µN m]"
     assert figures._with_power("share [-]\nof two", -4) == "share [10⁻⁴]\nof two"
 
 

@@ -77,3 +77,17 @@ def test_commands_show_bars_where_they_are_requested(monkeypatch):
     assert shown() == ""
     ideal(progress=True)
     assert "simulate:" in shown()
+
+
+def test_a_log_has_a_line_now_and_then(monkeypatch, caplog):
+    """The logger has lines at the interval, if nobody sees a bar; with a long interval none."""
+    shown = stream(monkeypatch, io.StringIO)
+    caplog.set_level("INFO", "clearance")
+    monkeypatch.setattr(progress_bar, "INTERVAL", 0.0)
+    ideal()
+    assert "simulate: 0 s, " in caplog.text
+    assert "% done" in caplog.text
+    monkeypatch.setattr(progress_bar, "INTERVAL", 1e9)
+    caplog.clear()
+    ideal()
+    assert "simulate" not in caplog.text + shown()

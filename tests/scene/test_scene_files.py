@@ -404,7 +404,7 @@ def _written(path, text):
 
 
 def test_a_scene_file_of_your_own_as_python(tmp_path, monkeypatch, typed):
-    """The feeder; a law of its folder has no Python form here."""
+    """The feeder; a law of a module is imported, a law that a parameter names is refused."""
     monkeypatch.chdir(tmp_path)
     case = case_of(tmp_path, FEEDER)
     typed("new machine.toml --python -o feeder.py")
@@ -412,7 +412,15 @@ def test_a_scene_file_of_your_own_as_python(tmp_path, monkeypatch, typed):
     (tmp_path / "machine.toml").write_text(
         FEEDER.replace('"winkler"', '"clearance.laws.contact:winkler"')
     )
-    assert "has no Python form here" in typed.line("new machine.toml --python")
+    typed("new machine.toml --python -o imported.py")
+    assert "from clearance.laws.contact import winkler\n" in (tmp_path / "imported.py").read_text()
+    assert find_case("./imported.py").scene().to_json() == case.scene().to_json()
+    (tmp_path / "machine.toml").write_text(
+        FEEDER.replace('"winkler"', '"$law"').replace(
+            "[parameters]", '[parameters]\nlaw = "winkler"'
+        )
+    )
+    assert "joint.B.contact: law '$law' is no name" in typed.line("new machine.toml --python")
     assert "did you mean four_bar?" in typed.line("new four_bra")
 
 
@@ -455,10 +463,67 @@ def test_an_unknown_mechanism_names_all_of_them(tmp_path, monkeypatch, typed):
     assert "six_bar_feeder" in message
 
 
-def test_a_law_of_a_case_file_has_no_name_in_a_scene_file():
-    """A law of a file is to be named by hand, which is stated."""
-    with pytest.raises(ValueError, match='write law = "FILE.py:turning" by hand'):
-        toml_of(cl.load_case("three_loop_chain"))
+OWN = '''"""Laws of a user."""
+
+import clearance as cl
+
+
+@cl.contact
+def liner(penetration, penetration_rate, impact_speed, stiffness):
+    """A liner [N]."""
+    return stiffness * max(penetration, 0.0)
+
+
+@cl.spring
+def blade(elongation, rate, level):
+    """Viscous friction of a blade [N m]."""
+    return level * rate
+'''
+
+
+def test_laws_of_a_file_as_toml_and_as_python(tmp_path, monkeypatch, typed):
+    """A scene file names them by their file, and a Python case imports them; forces are the same.
+
+    A result runs no laws that it has. A case that cannot import them is refused.
+    """
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my_laws.py").write_text(OWN)
+    mine = '"my_laws.py:liner", stiffness = 1e8'
+    blade = (
+        '\n[spring]\nS = { kind = "TorsionSpring", a = "ground", b = "crank", moment = BLADE }\n'
+    )
+    text = FEEDER.replace('"winkler", restitution = 0.9', mine) + blade.replace(
+        "BLADE", '{ law = "my_laws.py:blade", level = 0.3 }'
+    )
+    (tmp_path / "machine.toml").write_text(text)
+    typed("new machine.toml --python -o machine.py")
+    typed("new machine.py -o again.toml")
+    (tmp_path / "sub").mkdir()
+    typed("new machine.py -o sub/far.toml")
+    for name in ("machine.toml", "machine.py", "again.toml", "sub/far.toml"):
+        scene = cl.load_case(name)
+        (joint,), (spring,) = scene.clearance_joints, (e for e in scene.loads if e.name == "S")
+        assert (joint.contact(2e-6, 0.0, 1.0), spring.moment(0.0, 2.0)) == (200.0, 0.6)
+    assert "give -o there" in typed.line("new machine.toml --python -o sub/machine.py")
+    typed("run machine.toml --turns 0.05 --no-error -o run.h5")
+    assert "laws of my_laws.py in a result are not run" in typed.line("new run.h5 -o result.toml")
+
+
+def test_a_law_and_an_element_without_a_file_are_refused():
+    """A law of a text, and an element of a user: by name, with the way out."""
+    names = {"cl": cl}
+    exec(OWN, names)
+    crank = cl.Body("crank", 1.0, 1e-3)
+    spring = cl.TorsionSpring(cl.ground, crank, moment=names["blade"](level=1.0), name="S")
+    pivot = cl.Revolute(cl.ground, crank, name="A")
+    with pytest.raises(ValueError, match="the law blade has no file: put it into one"):
+        toml_of(cl.Scene(pivot, spring))
+
+    class Mine(cl.Revolute):
+        """A hinge of a user."""
+
+    with pytest.raises(ValueError, match="M: a scene file has no Mine; keep the Python case"):
+        toml_of(cl.Scene(Mine(cl.ground, crank, name="M")))
 
 
 def test_the_scene_file_of_the_guide(tmp_path):
