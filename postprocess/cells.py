@@ -1,11 +1,13 @@
-"""Cells of a notebook: tables and pictures of scenes, runs, sweeps, lives, fits and optima."""
+"""Cells of a notebook: tables and pictures of scenes, runs, motions, sweeps, lives and fits."""
 
 import itertools
 from collections.abc import Iterator
 from functools import partial, singledispatch
 from pathlib import Path
 
+import numpy as np
 from clearance.postprocess import optima, report, scene_fits, scenes, sweep_report, view
+from clearance.postprocess.branches import branches
 from clearance.postprocess.drawing import sketch
 from clearance.postprocess.lives import life
 from clearance.postprocess.pages import (
@@ -52,7 +54,10 @@ def cell(thing) -> str:
 
 @singledispatch
 def _parts(thing, page: Page) -> Iterator[Markup]:
-    """Pieces of a cell, by the class of the thing; this is that of a scene."""
+    """Pieces of a cell, by the class of the thing; this is that of a scene and of motions."""
+    if of_motion := OF_MOTIONS.get(type(thing).__name__):
+        yield from of_motion(thing, page)
+        return
     scene = thing.description()
     yield element("h1", thing.name)
     yield scenes.described(scene)
@@ -93,6 +98,31 @@ def _(thing: Errors, page: Page):
         errors = (quantity(e, row.units) if e else "" for e in (row.stated, row.film))
         rows.append((name, quantity(row.value, row.units), *errors, number(row.relative, 2)))
     yield table(heads, rows) if rows else ""
+
+
+def _steady(thing, page: Page):
+    turns = f"{thing.period} turn{'s' * (thing.period > 1)}"
+    yield element("h1", f"periodic after {turns}, {quantity(thing.duration, 's')}")
+    rows = zip(thing.multipliers, np.abs(thing.multipliers), thing.errors, strict=True)
+    cells = [(f"{m:.4g}", number(s), number(e, 2)) for m, s, e in rows]
+    yield table(("multiplier", "size", "error"), cells)
+    yield from _parts(thing.orbit, page)
+
+
+def _branch(thing, page: Page):
+    yield element("h1", f"{thing.case}: a periodic motion over {thing.parameter}; {thing.reason}")
+    yield page.picture(partial(branches, thing.columns()), "Where turns begin; largest multiplier")
+    rows = [(p.kind, quantity(p.value, thing.units), number(p.largest)) for p in thing.bifurcations]
+    yield table(("bifurcation", thing.parameter, "largest multiplier"), rows) if rows else ""
+
+
+def _statistics(thing, page: Page):
+    yield element("h1", thing.verdict)
+    yield element("pre", "\n".join(thing.lines()))
+
+
+#: pieces of motions, by the name of their class: pictures import no solver
+OF_MOTIONS = {"Steady": _steady, "Branch": _branch, "Statistics": _statistics}
 
 
 @_parts.register

@@ -30,6 +30,7 @@ from clearance.run.progress_bar import watched
 from clearance.run.run import Run
 from clearance.scene.catalogue import AnyCase, load_case
 from clearance.values import checks
+from clearance.values.accessors import Celled
 from clearance.values.spelling import as_column
 
 ERROR = 0.05
@@ -96,7 +97,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Statistics:
+class Statistics(Celled):
     """Statistics of a scene's turns.
 
     motions: one, or several where the starts do not show the same. `asked`: requested half

@@ -27,6 +27,7 @@ from clearance.run.inputs import accept, differences, of_case
 from clearance.run.progress_bar import watched
 from clearance.scene.catalogue import AnyCase, case_with
 from clearance.values import checks
+from clearance.values.accessors import Celled
 from clearance.values.units import UNITS, written
 
 INTERRUPTED = "interrupted"
@@ -35,7 +36,7 @@ SHARE = 50.0  # the same, over the time that a writing takes
 
 
 @dataclass(frozen=True)
-class Branch:
+class Branch(Celled):
     """Periodic motions of a case over a parameter, in the order in which they were met.
 
     parameter and its units; fixed: the other parameters that were given; channels: paths of the

@@ -27,6 +27,7 @@ from clearance.scene.parameter import Wanted
 from clearance.scene.scene import Scene
 from clearance.simulation import prepare, write
 from clearance.values import checks
+from clearance.values.accessors import Celled
 
 FINE, COARSE = 1e-13, 1e-9  # local tolerances, at least and at most
 FINER = 1e-6  # local tolerance over the requested one
@@ -44,7 +45,7 @@ FAST = 0.5  # change over a turn, over that of the turn before: below it waiting
 
 
 @dataclass(frozen=True)
-class Steady:
+class Steady(Celled):
     """A periodic motion. orbit: one period of it, a result whose file has the rest in the
     attributes of /steady.
 

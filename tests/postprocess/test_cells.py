@@ -79,3 +79,22 @@ def test_users14_a_sweep_is_a_map(tmp_path):
     assert "<svg" in text
     assert ids(text)
     assert ids(text).isdisjoint(ids(again))
+
+
+def test_motions_are_tables_and_pictures(tmp_path):
+    """A periodic motion has its multipliers and its run, a branch its picture and its bifurcations,
+    statistics their lines.
+    """
+    scene = cl.load_case("slider_crank", model="lubricated")
+    text = shown(cl.steady(scene, 1e-4))
+    assert "periodic after 1 turn" in text
+    assert "multiplier" in text
+    assert "<iframe" in text
+    fixed = {"model": "lubricated"}
+    branch = cl.follow("slider_crank", "speed", 100.0, 110.0, fixed=fixed, tolerance=1e-4)
+    assert "a periodic motion over speed" in shown(branch)
+    assert "<svg" in shown(branch)
+    dry = cl.load_case("slider_crank", model="dry", speed=cl.rpm(5000), clearance=1e-3)
+    counted = cl.statistics(dry, {"joint_C_force_peak": 0.5}, starts=2, max_turns=400)
+    assert counted.verdict in shown(counted)
+    assert "joint_C_force_peak" in shown(counted)
