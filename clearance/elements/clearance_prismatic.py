@@ -313,7 +313,7 @@ class Block:
         self.lost = self.lost + normal * rate - rub * sliding
         self.touching[sy] = self.touching[sy] + trace.select(touching, 1.0, 0.0)
         self.gap = -depth if self.gap is None else trace.select(self.gap + depth, -depth, self.gap)
-        w.spot(joint, begins, rate, normal)
+        w.spot(joint, begins, rate)
         w.show(joint, f"gap_{name}", "m", f"gap of corner {name}, {_place(sx, sy)}", -depth)
         w.show(
             joint, f"contact_force_{name}", "N", f"normal contact force on corner {name}", normal

@@ -51,7 +51,7 @@ class Journal:
         w.show(joint, "eccentricity_ratio", "1", text, self.distance / self.clearance)
         text = "nominal minimum film thickness, clearance minus eccentricity"
         w.show(joint, "gap", "m", text, self.gap)
-        self.thickness_ratio = self.contact_force = self.side_flow = 0.0
+        self.thickness_ratio = self.side_flow = 0.0
         self.depth = None  # penetration whose zero is the contact's start and end: past the gap's
         self.film_force = 0.0, 0.0
         self.column = None  # gap in the middle of a film on yielding surfaces
@@ -284,7 +284,7 @@ class Journal:
         if share.elastic is not None:  # it counts as contact from the threshold mixed on
             threshold = m.number(joint, "roughness") * m.number(joint, "transition/mixed")
             self.depth = threshold - self.gap
-        self.contact_force = normal = share.contact * normal
+        normal = share.contact * normal
         w.show(joint, "contact_force", "N", "normal contact force", normal)
         if joint.asperity is not None:
             (load,) = m.law(joint, "asperity", [self.thickness_ratio], self.facts)
@@ -332,7 +332,7 @@ class Journal:
         power = self._power(self.force, self.torque_a, self.torque_b)
         w.lose(joint, power)
         depth = -self.gap if self.depth is None else self.depth
-        w.spot(joint, depth, self.approach, self.contact_force)
+        w.spot(joint, depth, self.approach)
         w.show(joint, "power_loss", "W", "power the joint takes out of the mechanism", power)
         joint.show_force(w, self.force)
         if joint.heat is not None:

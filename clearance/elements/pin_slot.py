@@ -127,7 +127,7 @@ class ClearancePinSlot(ClearanceJoint):
                 moment - side * radius * rub,
             )
             power = power + normal * rate - rub * sliding
-            w.spot(self, -gap, rate, normal)
+            w.spot(self, -gap, rate)
             w.show(self, f"gap_{name}", "m", f"gap between the pin and the {name} wall", gap)
             w.show(
                 self,

@@ -98,7 +98,7 @@ def source(model: Model) -> str:
     lines = [line for f in functions for line in writer.function(f)]
     sizes = {
         "rhs": layout.length,
-        "events": 3 * len(layout.spots),
+        "events": 2 * len(layout.spots),
         "observe": len(layout.channels),
         "jacobian": layout.states**2,
     }

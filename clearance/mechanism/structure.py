@@ -4,7 +4,7 @@ Kernels share one signature, (t, y, par, work, out):
 
   rhs        out = dy/dt
   jacobian   out = d(dy/dt)/dy, row by row, without the ledger
-  events     out = penetration, its rate, contact force for each spot
+  events     out = penetration and its rate for each spot
   observe    out = one row of output channels
   commit     work = memory that goes to the next step
   follow     out = quantities of elements that wear; only where there are some

@@ -33,7 +33,7 @@ class Work:
     sums: dict = field(default_factory=dict)
     # element -> {name: value} that a run follows step by step
     followed: dict = field(default_factory=dict)
-    spots: dict = field(default_factory=dict)  # element -> [(penetration, its rate, contact force)]
+    spots: dict = field(default_factory=dict)  # element -> [(penetration, its rate)]
     shown: dict = field(default_factory=dict)  # element -> [(name, unit, description, value)]
 
     # --- wrenches
@@ -119,9 +119,9 @@ class Work:
         """
         self.followed[element] = values
 
-    def spot(self, element, penetration, rate, force) -> None:
+    def spot(self, element, penetration, rate) -> None:
         """A place where the element may touch: the next of its `spots`."""
-        self.spots.setdefault(element, []).append((penetration, rate, force))
+        self.spots.setdefault(element, []).append((penetration, rate))
 
     def show(self, element, name: str, unit: str, text: str, value) -> None:
         """An output."""

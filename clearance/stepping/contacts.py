@@ -34,7 +34,7 @@ RESOLVED = 1e-15  # share of the time below which two events are one
 
 @shared
 def probe(s, t, h, theta):
-    """Penetration, its rate and the contact force of every joint at theta of the last step, into
+    """Penetration and its rate of every joint at theta of the last step, into
     s.inside.
     """
     evaluate(s, theta)

@@ -122,8 +122,8 @@ INTEGERS = (
 )
 
 
-#: values of each spot by the kernel `events`: penetration, its rate, contact force
-SPOT_VALUES = 3
+#: values of each spot by the kernel `events`: penetration, its rate
+SPOT_VALUES = 2
 
 
 @cache
@@ -183,7 +183,7 @@ def layout(
         ("f_new", float, (size,)),
         ("trial", float, (size,)),
         ("defect", float, (size,)),  # rates at `trial`
-        # penetration, its rate and force of all spots where a step begins
+        # penetration and its rate of all spots where a step begins
         ("before", float, events),
         ("after", float, events),
         ("probed", float, events),  # where a part of the step begins that is searched for contact

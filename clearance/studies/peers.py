@@ -67,7 +67,7 @@ class Phase:
         self.count = len(problem.scene.clearance_joints)
         self.touching = [False] * self.count
         self.events = dispatched(m.kernel("events")) if self.joints else None
-        self.spots = np.zeros((max(self.count, 1), SPOT_VALUES))  # penetration, its rate, force
+        self.spots = np.zeros((max(self.count, 1), SPOT_VALUES))  # penetration, its rate
         self.evaluations, self.deadline = 0, time.perf_counter() + BUDGET
 
     def __call__(self, t, y):

@@ -22,7 +22,7 @@ def entries(model):
     return {
         "rhs": layout.length,
         "jacobian": layout.states**2,
-        "events": 3 * len(layout.spots),
+        "events": 2 * len(layout.spots),
         "observe": len(layout.channels),
     }
 

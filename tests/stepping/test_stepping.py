@@ -286,7 +286,7 @@ def test_contacts_begin_and_end_within_the_dead_band(monkeypatch):
     assert len(actual) > 50
     for _, joints, _, values in actual:
         for j in joints:
-            assert abs(values[3 * j]) <= run.state.band[j]
+            assert abs(values[2 * j]) <= run.state.band[j]
 
 
 def test_restarts_keep_the_order():
