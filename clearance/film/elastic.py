@@ -3,7 +3,7 @@
 from functools import lru_cache
 
 from clearance.film.bearing import DRAG, check_drag
-from clearance.film.elastic_lookup import elastic, film_in_the_middle, least_film
+from clearance.film.elastic_lookup import elastic, films
 from clearance.laws.contact import _layer_modulus
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, OfJoint, wet_film
 from clearance.values import checks
@@ -55,8 +55,8 @@ _elastic = DataLaw(
         "pressure_viscosity": THICKENS,
         "follows": checks.fraction,
         "shown": {
-            "film_middle": ("m", "gap of the elastic surfaces in the middle", film_in_the_middle),
-            "film_least": ("m", "least gap of the elastic surfaces", least_film),
+            "film_middle": ("m", "gap of the elastic surfaces in the middle", films),
+            "film_least": ("m", "least gap of the elastic surfaces", films, 1),
         },
         "linear_in_viscosity": False,
         "through_wall": True,

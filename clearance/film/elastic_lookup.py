@@ -212,8 +212,20 @@ def elastic(
     return scale * radial, scale * tangential, shear
 
 
-def films(eccentricity_ratio, radial_rate, entrainment, joint, data, start, liner, follows):
-    """Film in the middle and least film of the middle plane [m]."""
+def films(
+    eccentricity_ratio,
+    radial_rate,
+    entrainment,
+    joint,
+    data,
+    start,
+    liner,
+    pressure_viscosity,
+    follows=1.0,
+):
+    """Gap of the elastic surfaces on the line of centres, and their least in the middle plane
+    [m].
+    """
     first = int(start)
     radial, turning, log_h = motion(
         eccentricity_ratio, radial_rate, entrainment, joint, liner, follows
@@ -225,37 +237,3 @@ def films(eccentricity_ratio, radial_rate, entrainment, joint, data, start, line
     middle, least, _ = looked(data, first, first + int(data[first + 5]), 2, x, third, angle)
     half = 0.5 * joint.clearance * wide
     return half * math.exp(middle), half * math.exp(least)
-
-
-def film_in_the_middle(
-    eccentricity_ratio,
-    radial_rate,
-    entrainment,
-    joint,
-    data,
-    start,
-    liner,
-    pressure_viscosity,
-    follows=1.0,
-):
-    """Gap of the elastic surfaces on the line of centres [m]."""
-    return films(eccentricity_ratio, radial_rate, entrainment, joint, data, start, liner, follows)[
-        0
-    ]
-
-
-def least_film(
-    eccentricity_ratio,
-    radial_rate,
-    entrainment,
-    joint,
-    data,
-    start,
-    liner,
-    pressure_viscosity,
-    follows=1.0,
-):
-    """Least gap of the elastic surfaces in the middle plane [m]."""
-    return films(eccentricity_ratio, radial_rate, entrainment, joint, data, start, liner, follows)[
-        1
-    ]

@@ -106,8 +106,8 @@ class Law:
     size: Callable | None = None
     #: of drive_state: name, unit, description
     own_state: tuple[str, str, str] = ("state", "rad", "state of the law")
-    #: outputs of its own: unit, description, function of the same arguments
-    shown: Mapping[str, tuple[str, str, Callable]] = NONE
+    #: outputs of its own: unit, description, function of the same arguments, number of its value
+    shown: Mapping[str, tuple] = NONE
     first_touch: bool = False  # of transitions: contact starts at the wall, as an event
     carries_roughness: bool = False  # of these: rough surfaces share the load below full film
     #: of these: film share and memberships from the film [m] on elastic surfaces, in place of the

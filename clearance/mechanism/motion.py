@@ -109,10 +109,11 @@ class Motion:
 
     def shown(self, element, slot: str, state: list, facts: tuple = ()) -> dict[str, tuple]:
         """Outputs that a law has of its own: name -> (unit, description, value)."""
-        return {
-            name: (unit, text, self.calls.of(element, slot, function, state, facts)[0])
-            for name, (unit, text, function) in getattr(element, slot).law.shown.items()
-        }
+        outputs = {}
+        for name, (unit, text, function, *number) in getattr(element, slot).law.shown.items():
+            values = self.calls.of(element, slot, function, state, facts)
+            outputs[name] = unit, text, values[next(iter(number), 0)]
+        return outputs
 
     def keep(self, element, slot: str, state: list, facts: tuple) -> Value:
         """Calls a law with a memory to store this state."""
