@@ -147,13 +147,22 @@ def reason_without(run: Run) -> str:
 class Steps:
     """Runs on the steps of a run at one tolerance, halved where a varied run cannot make one.
 
-    longer: longest step over that of the run; record: of the run whose steps these are.
+    longer: longest step over that of the run; first: the run with the tolerance and the method that
+        makes the steps, where it is prepared; record: of the run whose steps these are.
     """
 
-    def __init__(self, sensing: Sensing, run: Run, rtol: float, method: str, longer: float = 1.0):
+    def __init__(
+        self,
+        sensing: Sensing,
+        run: Run,
+        rtol: float,
+        method: str,
+        longer: float = 1.0,
+        first: Run | None = None,
+    ):
         self.sensing, self.span, self.scene = sensing, run.span, run.mechanism.scene
         self.prepared = partial(self._prepared, run, rtol, method)
-        first, ends = self.prepared(self.scene), Ends()
+        first, ends = first or self.prepared(self.scene), Ends()
         first.state.longest_step *= longer
         first.observers.append(ends)
         self.record = recorded(first)

@@ -18,6 +18,7 @@ Regression (2003), chapters 2 and 5.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -34,12 +35,15 @@ from clearance.run.run import Run
 from clearance.scene.scene import Scene
 from clearance.values import checks
 
-RTOL = 1e-7  # of the runs
+RTOL, LEADING_RTOL = 1e-7, 1e-5  # of the runs, and of those of starts
 RTOL_APART = 1e-12  # of runs that make steps of their own
 APART = 1e-7  # of their differences, over the size of the parameter
 PARTED = 0.05  # change of slopes with the width of their differences, from which runs have parted
-# relative changes of the cost at which a start is judged, and the best one finished
-LEADING, FINISH, LAST = 1e-3, 1e-6, 1e-12
+# relative changes of the cost at which the first parts of records, a start, an end and the best end
+# are left
+LEADING, STARTING, FINISH, LAST = 1e-3, 1e-4, 1e-6, 1e-9
+REFUSED = 4.0  # costs over the least, from which an end is no rival
+NEAR = 0.02  # of the bounds: starts that end so near to each other may have one end
 MOST = 100  # evaluations of one start
 LOOKED = 16  # points between the bounds at which the cost is looked at, a start
 SETTLE = 2.0  # turns before a record, where nothing else is requested
@@ -123,7 +127,7 @@ class Problem(Varying):
             raise ValueError("fit needs at least one parameter and one record")
         self.turn = scene.turn
         self.settle = (SETTLE if self.turn else 0.0) if settle is None else settle
-        keys = [tuple(sorted(c.changes.items())) for c in self.curves]
+        keys = [_key(c.changes) for c in self.curves]
         self.groups = [
             _Group(dict(key), tuple(i for i, k in enumerate(keys) if k == key))
             for key in dict.fromkeys(keys)
@@ -134,6 +138,8 @@ class Problem(Varying):
         self._last: tuple[np.ndarray, list] | None = None
         self.evaluations, self.reason = 0, ""
         self.touching = any(j.impacts for j in scene.joints)
+        self.rtol = RTOL_APART if self.touching else RTOL
+        self.methods: dict[tuple, str] = {}  # of groups that have runs with steps of another
         self._check()
 
     def _check(self) -> None:
@@ -146,9 +152,13 @@ class Problem(Varying):
         middle = self.middle
         for group in self.groups:
             run = self.run_of(middle, group.changes)
-            reason = reason_without(run)
-            if reason and not self.touching:
+            if self.touching:
+                pass
+            elif reason := reason_without(run):
                 raise ValueError(f"fit: {reason}")
+            else:
+                explicit = run.method.text == "dop853"
+                self.methods[_key(group.changes)] = "dop853" if explicit else "rodas5p"
             units = {c.path: c.units for c in run.mechanism.layout.channels}
             for curve in (self.curves[i] for i in group.curves):
                 path = curve.channel if curve.channel in units else f"{curve.channel}_x"
@@ -201,12 +211,8 @@ class Problem(Varying):
             spacings.append(spacing / math.ceil(spacing / target - ROUNDING))
         samples = math.ceil((self.settle + max(lengths)) / min(spacings) - ROUNDING)
         until = samples * min(spacings) * unit
-        return self.prepared(scene, until=until, samples=samples + 1, rtol=self.rtol)
-
-    @property
-    def rtol(self) -> float:
-        """Of the runs."""
-        return RTOL_APART if self.touching else RTOL
+        options = {"until": until, "samples": samples + 1, "rtol": self.rtol}
+        return self.prepared(scene, method=self.methods.get(_key(changes), "auto"), **options)
 
     @property
     def width(self) -> float:
@@ -217,8 +223,13 @@ class Problem(Varying):
         run = self.run_of(x, group.changes)
         if self.touching:
             return _Apart(Beside(self, x, group.changes), run)
-        method = "dop853" if run.method.text == "dop853" else "rodas5p"
-        return Steps(Beside(self, x, group.changes), run, RTOL, method)
+        return Steps(Beside(self, x, group.changes), run, self.rtol, run.method.text, first=run)
+
+    def loose(self) -> "Problem":
+        """The same with coarser runs, for starts; as it is where contact starts with a touch."""
+        problem = copy(self)
+        problem._last, problem.rtol = None, self.rtol if self.touching else LEADING_RTOL
+        return problem
 
     # --- residuals
     def _at(self, x: np.ndarray) -> list[Steps]:
@@ -435,7 +446,33 @@ class Problem(Varying):
         for share in STAGES if self.touching else ():
             before = self.first(share).solved(x, finish=LEADING)
             x = before.x if math.isfinite(before.cost) else x
-        return self.solved(x)
+        return self.solved(x, finish=FINISH if self.touching else STARTING)
+
+    def finished(self, ends: Sequence["Solved"]) -> list["Solved"]:
+        """Ends of starts in the order of their costs, followed to the end.
+
+        One beside a better one shares its end. One that costs far more than the best stays.
+        """
+        ranked = sorted(ends, key=lambda e: e.cost)
+        likely = [e for e in ranked if math.isfinite(e.cost) and e.cost <= REFUSED * ranked[0].cost]
+        minima: list[tuple[Solved, np.ndarray]] = []
+        result = []
+        for end in likely:
+            same = next((m for m, slopes in minima if self._beside(m, slopes, end.x)), None)
+            if same is None:
+                same = self.solved(end.x, finish=FINISH if minima else LAST)
+                minima += [(same, self.jacobian(same.x))] if math.isfinite(same.cost) else []
+            result.append(same)
+        return [*result, *ranked[len(likely) :]]
+
+    def _beside(self, minimum: "Solved", slopes: np.ndarray, x: np.ndarray) -> bool:
+        """True where residuals are another by less than one deviation, and coordinates by a share
+        of their bounds.
+        """
+        low, high = self.bounds
+        growth = float(np.sum((slopes @ (x - minimum.x)) ** 2))
+        near = np.abs(x - minimum.x) <= NEAR * (high - low)
+        return growth <= 2.0 * minimum.cost / self.size and bool(near.all())
 
     def first(self, share: float) -> "Problem":
         """The same with the first share of each record."""
@@ -449,6 +486,11 @@ class Problem(Varying):
         part = Problem(self.scene, self.free, curves, self.settle)
         part.sigma = list(self.sigma)
         return part
+
+
+def _key(changes: Mapping[str, object]) -> tuple:
+    """Of the parameters of a group."""
+    return tuple(sorted(changes.items()))
 
 
 @dataclass(frozen=True)

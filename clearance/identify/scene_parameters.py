@@ -200,18 +200,20 @@ def fitted(
     key = _key(problem, seed)
     problem.check_horizon(problem.middle)
     ends = [Solved(np.array(x), *rest) for x, *rest in journaled(journal, key)[:starts]]
-    for i, x in enumerate(problem.starts(starts, seed)):
+    loose = problem.loose()
+    for i, x in enumerate(loose.starts(starts, seed)):
         if i >= len(ends):
-            ends.append(problem.followed(x))
+            ends.append(loose.followed(x))
             rows = [[e.x.tolist(), e.cost, e.evaluations, e.converged] for e in ends]
             add_to_journal(journal, key, rows)
         if progress is not None:
             progress((i + 1) / starts)
+    ends = problem.finished(ends)
     best = min(ends, key=lambda e: e.cost)
     if not math.isfinite(best.cost):
-        raise ValueError(f"fit: no start has a run and its neighbours: {problem.reason}")
+        raise ValueError(f"fit: no start has a run and its neighbours: {loose.reason}")
     problem.check_horizon(best.x)
-    best, rounds = problem.solved(best.x, finish=LAST), 0
+    rounds = 0
     while problem.weighed(best.x) and rounds < ROUNDS:
         best, rounds = problem.solved(best.x, finish=LAST), rounds + 1
     errors = problem.residuals(best.x)

@@ -216,9 +216,9 @@ def advance(piece: Piece, shape: Shape, taken, error, y: list, f: list) -> tuple
 
     Returns the time at its end, and where the end of the run or turn is reached.
     """
-    t, h = piece.one("t"), piece.one("h")
-    reached = piece.not_below(t + h, piece.one("end"))
-    now = piece.choose(reached, piece.one("end"), t + h)
+    t, h, end = (piece.one(n) for n in ("t", "h", "end"))
+    reached = piece.either(piece.not_below(h, end - t), piece.not_below(t + h, end))
+    now = piece.choose(reached, end, t + h)
     keep(piece, taken, "y", y)
     keep(piece, taken, "f", f)
     keep(piece, taken, "base", piece.all("y")[: shape.states])

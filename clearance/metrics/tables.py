@@ -9,11 +9,10 @@ from pathlib import Path
 
 from clearance.files.replacing import replacing
 from clearance.metrics.metrics import metrics
-from clearance.results.record import PARTS, Record
+from clearance.results.record import Record
 from clearance.results.stream import fits_path
 from clearance.values.checks import meant
 
-GROUPS = ("energy", "friction")  # of channels, beside those of parts
 RELATIVE = 1e-12  # difference of two numbers over the larger one that is rounding
 #: letters that LaTeX reads as commands
 ESCAPED = str.maketrans({c: f"\\{c}" for c in "_%&#$"})
@@ -24,15 +23,13 @@ def channels_of(run: Record, patterns: Sequence[str] | None = None) -> list[str]
 
     Raises ValueError for a pattern that fits none.
     """
-    groups = [f"{kind}/{n}" for kind in PARTS for n in run.names(kind)]
-    paths = [f"{group}/{n}" for group in (*groups, *GROUPS) for n in run.names(group)]
     if patterns is None:
-        return paths
+        return list(run.channels)
     chosen: dict[str, None] = {}
     for pattern in [patterns] if isinstance(patterns, str) else patterns:
-        fits = [p for p in paths if fits_path(p, pattern)]
+        fits = [p for p in run.channels if fits_path(p, pattern)]
         if not fits:
-            raise ValueError(f"no channel {pattern!r}{meant(pattern, paths)}")
+            raise ValueError(f"no channel {pattern!r}{meant(pattern, run.channels)}")
         chosen |= dict.fromkeys(fits)
     return list(chosen)
 

@@ -154,7 +154,7 @@ class MemoryRecord(Record):
         if path == "time":
             return self._times
         if path not in self._channels_by_path:
-            raise KeyError(f"this run has no channel {path!r}")
+            raise self._without(path)
         return self._samples_taken.column(self._channels_by_path[path][0])
 
     @cached_property

@@ -17,6 +17,7 @@ from clearance.results.extremes import ROUNDING, SLIDES, Extreme, Extremes, bett
 from clearance.results.integrals import Integrals
 from clearance.results.run_warning import counted
 from clearance.values.accessors import Drawn, accessor
+from clearance.values.checks import meant
 from clearance.values.spelling import as_path
 
 #: the transition of before 0.3 with which contact begins with a touch
@@ -25,6 +26,7 @@ FIRST_TOUCH = "clearance.laws.transition:flores_hybrid"
 MOVING = ("bodies", "joints", "springs", "drives", "nodes", "friction", "energy")
 #: groups that have a group for each part
 PARTS = ("bodies", "joints", "springs", "drives", "nodes")
+GROUPS = ("energy", "friction")  # of channels, beside those of parts
 #: extremes that follow from the smallest gap [m]
 OF_GAP = {
     "film_thickness_ratio_min": lambda gap, joint: gap / joint["roughness"],
@@ -109,6 +111,17 @@ class Record(Drawn, ABC):
         """Names in a group: the joints of "joints", the channels of "joints/B"; () where there is
         none.
         """
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Paths of all stored channels, such as "joints/B/gap"."""
+        groups = [f"{kind}/{n}" for kind in PARTS for n in self.names(kind)]
+        return tuple(f"{group}/{n}" for group in (*groups, *GROUPS) for n in self.names(group))
+
+    def _without(self, path: str) -> KeyError:
+        """The error for a channel that it does not have."""
+        hint = meant(path, self.channels)
+        return KeyError(f"the result {self._label} has no channel {path!r}{hint}, or not stored")
 
     @abstractmethod
     def values(self, path: str) -> np.ndarray:
@@ -446,11 +459,7 @@ class Record(Drawn, ABC):
         and turns of the drive where one turns. Raises ImportError where xarray is not installed.
         """
         xarray = extra("xarray")
-        groups = [f"{kind}/{n}" for kind in PARTS for n in self.names(kind)] + [
-            "energy",
-            "friction",
-        ]
-        paths = [f"{group}/{name}" for group in groups for name in self.names(group)]
+        paths = self.channels
         short = {path: ".".join(path.split("/")[-2:]) for path in paths}
         shared = Counter(short.values())
         names = {path: short[path] if shared[short[path]] == 1 else path for path in paths}

@@ -84,10 +84,7 @@ class Result(Record):
         except Missing:
             if path == "time":
                 raise
-            raise KeyError(
-                f"{self.reader.path.name} has no channel {path!r}; it may not have been stored "
-                f"when the file was written"
-            ) from None
+            raise self._without(path) from None
         if column.dtype.kind != "f" or column.ndim != 1:
             raise Damaged(
                 f"{self.path}: /{path} is no row of numbers, but {column.dtype} of shape "

@@ -302,7 +302,8 @@ def accept(s, t, h, cut):
         interpolate(s, t, h)
     if not sample(s, t, h):
         return False
-    s.time = s.end if t + h >= s.end else t + h
+    # t + (end - t) may round to below the end: the rest would be a step that the clock has not
+    s.time = s.end if h >= s.end - t or t + h >= s.end else t + h
     if s.watched == 1:
         look(s, t, h)
     # the first step of a phase: where the next such phase starts

@@ -76,8 +76,11 @@ def test_users3_the_repr_says_what_a_result_is(tmp_path):
     with cl.open_result(tmp_path / "größe 1.h5") as stored:
         assert repr(stored) == f"<Result größe 1.h5: {text}"
     assert repr(stored) == "<Result, closed>"
-    with pytest.raises(KeyError, match="the result has no channel"):
-        run.values("joints/Z/gap")
+    with pytest.raises(
+        KeyError, match=r"no channel 'bodies/slide/ax' \(did you mean bodies/slider/ax"
+    ):
+        run.values("bodies/slide/ax")
+    assert "bodies/slider/ax" in run.channels
     record = cl.inverse_dynamics(cl.load_case("three_loop_chain"), until=0.1)
     assert repr(record).startswith("<Result of three_loop_chain: ")
 

@@ -592,6 +592,27 @@ def test_ranges8_no_step_passes_over_a_reversal_of_friction(seeds):
         assert share < 100.0, f"seed {seed}: {share:.3g} tolerances of the energy are missing"
 
 
+def test_the_last_step_ends_at_the_end():
+    """t + (end - t) may round to below the end. The rest was a step that the clock does not have,
+    and a run that went on from there failed.
+    """
+    rotor = cl.Body("rotor", 1.0, 0.1)
+    scene = cl.Scene(cl.Revolute(cl.ground, rotor, name="A"), cl.Torque(rotor, 0.3), name="rotor")
+    rng = np.random.default_rng(7)
+    pairs = (rng.uniform([0.1, 0.5], [0.4, 1.0]) for _ in range(1000))
+    below = [(t, end) for t, end in pairs if t + (end - t) < end]
+    assert below
+    for t, end in below[:20]:
+        run = prepare(scene, until=2.0, samples=2)
+        run.advance_to(t)
+        run.state.longest_step = run.state.step_size = math.inf
+        before = run.state.steps
+        assert run.advance_to(end) == status.DONE
+        assert run.state.steps == before + 1
+        assert run.state.time == end
+        assert run.advance_to(2.0) == status.DONE
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_first_steps_of_a_phase_are_those_that_the_clock_resolves(seed):
     """A phase begins with the first step of the last such phase. That may be one of the start,
