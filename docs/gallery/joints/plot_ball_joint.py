@@ -7,9 +7,9 @@ training trials.
 """
 
 import numpy as np
+from clearance.paper_figures.ball_joint_bench import bench
 from matplotlib.figure import Figure
 
-from clearance.identify.bench import bench
 from clearance.identify.fit import fit
 
 data = bench(seed=0)
