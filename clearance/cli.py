@@ -20,7 +20,7 @@ from types import ModuleType
 from clearance.commands import COMMANDS
 from clearance.commands.common import DONE, FAILED, WRONG, complain
 from clearance.files.texts import shortened
-from clearance.results.run_warning import RunWarning
+from clearance.results.record import RunWarning
 from clearance.run import interrupts, progress_bar
 from clearance.values.checks import meant
 from clearance.version import VERSION

@@ -14,25 +14,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from clearance.accuracy.companion import Pair, Statement, add_errors, reason_without
-from clearance.files.replacing import temporary_file
+from clearance.files.locks import temporary_file
 from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics.metrics import metrics
 from clearance.results.errors import AUTO, asks
-from clearance.results.record import Record
+from clearance.results.record import Record, warn
 from clearance.results.result import MemoryResult, Result
-from clearance.results.run_warning import warn
 from clearance.results.short_file import ShortFile
 from clearance.results.stream import Stream, Unwritable, matching
 from clearance.run.interrupts import DeferredSignals
-from clearance.run.limits import Demand, affordable
-from clearance.run.options import SAMPLES_PER_TURN, Output, Solver, longest_step, span_of
+from clearance.run.options import (
+    SAMPLES_PER_TURN,
+    Demand,
+    Output,
+    Solver,
+    affordable,
+    longest_step,
+    span_of,
+)
 from clearance.run.progress_bar import watched
 from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
 from clearance.run.start import opened_by
-from clearance.scene.scene import Scene
-from clearance.scene.variants import idealised
+from clearance.scene.scene import Scene, idealised
 from clearance.stepping.types import announced
 
 if TYPE_CHECKING:  # what few runs need
@@ -107,7 +112,7 @@ def simulate(
     compression: gzip level of the file's columns (0: none). checkpoint: seconds of wall time
         between checkpoints beside the file: the same call goes on from the last one after a crash,
         and gives the same file. force: begin although the run needs more than 2^31 rows, a day or
-        the free disk (see run/limits.py).
+        the free disk (see run/options.py).
     start: the result of another run (or the path of its file), at whose end this one begins; its
         scene must have the same states. Or "quasi-static": journals at rest where their films carry
         the joint forces. Default: the start of the scene.

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from clearance.paper_figures.workshop import GROUPS
 
-from clearance.files.replacing import replacing
+from clearance.files.locks import replacing
 
 FOLDER = Path(__file__).parent
 DATA, README = FOLDER / "completeness.toml", FOLDER / "README.md"

@@ -15,7 +15,7 @@ from pathlib import Path
 from clearance.paper_figures import workshop
 from clearance.postprocess.pages import Markup, Page, element, join, markup
 
-from clearance.files.replacing import replacing
+from clearance.files.locks import replacing
 from clearance.results.tables import provenance
 
 FORMAT, FORMAT_VERSION = "clearance-figures", 1

@@ -25,7 +25,7 @@ from clearance.postprocess.figures import save
 
 import clearance as cl
 from clearance.files.locks import Lock
-from clearance.files.sources import digest_of_code
+from clearance.files.sealed import digest_of_code
 from clearance.results.record import Record
 from clearance.results.result import Result
 from clearance.scene.catalogue import find_case

@@ -24,7 +24,7 @@ from matplotlib.path import Path as Outline
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, ScalarFormatter
 
-from clearance.files.replacing import replacing
+from clearance.files.locks import replacing
 
 #: most points drawn per line; of longer records each bin's smallest and largest value is drawn, so
 #: no peak is lost

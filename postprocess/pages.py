@@ -17,7 +17,7 @@ from clearance.postprocess.figures import SUPERSCRIPTS
 from clearance.postprocess.labels import NO_BREAK, SHOWN_IN, shown_in
 from clearance.postprocess.policy import policy
 
-from clearance.files.replacing import replacing
+from clearance.files.locks import replacing
 from clearance.results.reading import Damaged
 
 DASH, MINUS = "\u2013", "\u2212"

@@ -14,7 +14,7 @@ from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from clearance.files.replacing import replacing
+from clearance.files.locks import replacing
 
 MARKERS = {"ideal": "D", "dry": "s", "lubricated": "o", "mixed": "^"}
 COLOURS = ("#0b3d91", "#c8102e", "#00843d", "#6a1b9a")

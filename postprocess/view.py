@@ -17,7 +17,7 @@ from clearance.postprocess.moving import Moving, of_all
 from clearance.postprocess.policy import policy
 from clearance.postprocess.view_map import of_sweep
 
-from clearance.files.replacing import replacing
+from clearance.files.locks import replacing
 from clearance.results.record import Record
 from clearance.results.result import open_result
 from clearance.sweeping.index import Sweep, open_sweep

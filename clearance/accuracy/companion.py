@@ -29,16 +29,16 @@ from functools import partial
 
 import numpy as np
 
-from clearance.elements.clearance_joint import ClearanceJoint
+from clearance.elements.joint import ClearanceJoint
 from clearance.film.lookup import Tabulated
 from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism
 from clearance.metrics.metrics import Metric, Window, metrics, offsets
 from clearance.results.errors import AUTO, TRAJECTORY, Error, Errors, ExtremeErrors, geometric_mean
-from clearance.results.groups import error_groups
 from clearance.results.memory import MemoryRecord
 from clearance.results.record import Record
 from clearance.results.result import Result
+from clearance.results.tables import error_groups
 from clearance.run.observers import ChangesAgain
 from clearance.run.options import Output
 from clearance.run.recording import attributes_of, remember_run

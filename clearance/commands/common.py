@@ -109,7 +109,7 @@ def existing(path: str | Path) -> Path:
 
 
 def add_force(command: argparse.ArgumentParser) -> None:
-    """--force, for requests that `clearance.run.limits` refuses."""
+    """--force, for requests that `clearance.run.options` refuses."""
     command.add_argument(
         "--force",
         action="store_true",

@@ -77,7 +77,7 @@ def run(options) -> int:
 
     Raises ValueError for unknown names.
     """
-    from clearance.files.replacing import locked
+    from clearance.files.locks import locked
     from clearance.paper_figures import gallery, workshop
 
     names = _chosen(options.names, workshop.names())

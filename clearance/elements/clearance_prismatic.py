@@ -8,9 +8,8 @@ from dataclasses import KW_ONLY, dataclass
 from functools import partial
 
 from clearance.elements.body import Point
-from clearance.elements.clearance_joint import ClearanceJoint, Surfaces
 from clearance.elements.element import Spot, State
-from clearance.elements.joint import FREE, Joint, Known, axis_field
+from clearance.elements.joint import FREE, ClearanceJoint, Joint, Known, Surfaces, axis_field
 from clearance.elements.prismatic import Prismatic
 from clearance.elements.quantities import GAPS, NEVER, ROUGH, SIZES, UNIT, ZERO, Row, law, number
 from clearance.laws.law import (
@@ -25,12 +24,8 @@ from clearance.laws.law import (
 )
 from clearance.laws.materials import Lubricant, Material, steel
 from clearance.values import checks
-from clearance.values.spots import BLENDED, CONTACT
+from clearance.values.spots import BLENDED, CONTACT, CORNERS, MODES
 
-#: name, signs along and across the guide of each corner
-CORNERS = (("1", -1.0, -1.0), ("2", 1.0, -1.0), ("3", -1.0, 1.0), ("4", 1.0, 1.0))
-#: meaning of the values of the output `mode`
-MODES = ("free", "one corner", "two on one side", "two across", "three corners", "four corners")
 CREEP = 5e-3  # m/s: sliding speed below which a block across its guide counts as jammed
 
 

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from dataclasses import KW_ONLY, dataclass, fields, replace
 
 from clearance.elements.body import Point
-from clearance.elements.clearance_joint import ClearanceJoint
 from clearance.elements.element import Spot, State
-from clearance.elements.joint import FREE, Joint, Known
+from clearance.elements.joint import FREE, ClearanceJoint, Joint, Known
 from clearance.elements.journal import Journal
 from clearance.elements.quantities import GAPS, NEVER, ROUGH, SIZES, ZERO, Row, law, number
 from clearance.elements.revolute import Revolute

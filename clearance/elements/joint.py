@@ -1,12 +1,18 @@
-"""Joints: two points on two bodies, and which of three relative coordinates are free."""
+"""Joints: two points on two bodies, and which of three relative coordinates are free.
 
-from collections.abc import Iterable
+Beside them the parts that kinds of joints share: of those without clearance the reaction and the
+friction that it makes, of those with clearance the contact of their bodies.
+"""
+
+from collections import namedtuple
+from collections.abc import Iterable, Iterator
 from dataclasses import Field, dataclass, fields
 
 from clearance.elements.body import Body, Point
-from clearance.elements.element import Element
-from clearance.elements.quantities import UNIT, number
-from clearance.laws.law import BoundLaw
+from clearance.elements.element import Element, State
+from clearance.elements.quantities import UNIT, ZERO, Row, number
+from clearance.laws.law import BoundLaw, bristle, joint_bristle, joint_friction
+from clearance.laws.materials import Lubricant
 from clearance.values import checks
 from clearance.values.spots import CONTACT, FILM
 
@@ -222,3 +228,180 @@ class Joint(Element):
             demand = value.law.demand if isinstance(value, BoundLaw) else None
             if demand and (missing := demand(self.seen_by(field.name), value.parameters)):
                 raise ValueError(f"{self.label()}: {field.name} {value.law.name} {missing}")
+
+
+FRICTIONS = (joint_friction, joint_bristle)
+
+
+class FrictionJoint(Joint):
+    """Base of the joints without clearance: friction made by their own reaction, and what they
+    carry.
+
+    friction: a bound `joint_friction` or `joint_bristle` law, or None. self_aligning: the joint
+        transmits no axial force and no bending moment. A closed loop needs at least one such joint,
+        else loads out of the plane are statically indeterminate.
+    """
+
+    #: fields that make a load of the reaction, and the ones that every load-dependent law needs
+    arms: tuple[str, ...] = ()
+    needed: tuple[str, ...] = ()
+    #: the function that makes a friction load of the components that rub
+    load = None
+    #: the field that makes friction torques of hinges comparable with forces of slides
+    arm: str | None = None
+
+    def __post_init__(self):
+        super().__post_init__()
+        law, label = self.friction, self.label()
+        if law is None:
+            return
+        if law.law.needs_load and (missing := [n for n in self.needed if getattr(self, n) is None]):
+            raise ValueError(
+                f"{label}: friction {law.law.name} is made by the reaction and needs {missing[0]} "
+                f"[m]"
+            )
+        self._check_laws()
+
+    @property
+    def geometry(self) -> dict[str, float]:
+        """Numbers that make a friction load of the reaction, in the order of `load`."""
+        raise NotImplementedError
+
+    @property
+    def carries_across(self) -> bool:
+        return not self.self_aligning
+
+    @property
+    def rubs_by_load(self) -> bool:
+        """True where its friction depends on its reaction."""
+        return self.friction is not None and self.friction.law.needs_load
+
+    def numbers(self) -> Iterator[Row]:
+        yield from super().numbers()
+        for name, value in self.geometry.items() if self.rubs_by_load else ():
+            yield f"{self.key}/{name}", value, ZERO
+
+    def states(self) -> list[State]:
+        law = self.friction
+        if law is None or law.law.family is not joint_bristle:
+            return []
+        return [State("bristle_deflection", self.units[0], law.law.size(law.values), order=1)]
+
+    @property
+    def units(self) -> tuple[str, str]:
+        """Units of the coordinate that friction acts on, and of its effort."""
+        return ("m", "N") if self.slides else ("rad", "N m")
+
+    def components(self, m, reaction: tuple, across: tuple) -> list:
+        """Components of the reaction that rub: arguments of `load`.
+
+        reaction: force x, y and moment on body b at its point; across: axial force, bending moments
+            x, y.
+        """
+        raise NotImplementedError
+
+    def through(self, arm: str, meaning: str, *values) -> tuple:
+        """Values that rub through an arm, which the joint must then have."""
+        if getattr(self, arm) is None and not all(
+            isinstance(v, float) and v == 0.0 for v in values
+        ):
+            raise ValueError(
+                f"{self.label()}: carries {meaning} from out of the plane, so friction "
+                f"{self.friction.law.name} needs "
+                f"{arm} [m] (or self_aligning=True)"
+            )
+        return values
+
+    def outputs(self, m) -> Iterable[tuple]:
+        """Its reaction, and its friction."""
+        yield from super().outputs(m)
+        if self.friction is not None:
+            yield from self._friction_outputs(m)
+
+    def efforts_along(self, m) -> tuple:
+        effort, words = super().efforts_along(m)
+        if self.friction is None:
+            return effort, words
+        return effort + m.friction.efforts[self], [*words, "friction"]
+
+    def _friction_outputs(self, m) -> Iterable[tuple]:
+        friction, (unit, units) = m.friction, self.units
+        effort, body = friction.efforts[self], self.b.body.name
+        kind = "force" if self.slides else "torque"
+        text = f"friction {kind} on {body}, opposed to its motion against {self.a.body.name}"
+        yield "friction", units, text, effort
+        if self.states():
+            value = m.state(self, "bristle_deflection").v
+            yield "bristle_deflection", unit, "deflection of the friction law's bristles", value
+        if self in friction.loads:
+            yield (
+                "friction_load",
+                units,
+                "what friction makes of the reaction",
+                friction.loads[self],
+            )
+        power = -effort * friction.rates[self]
+        yield "power_loss", "W", "power the joint takes out of the mechanism", power
+
+
+#: facts that contact laws read of a body on a flat wall, which is a bore without end
+Surfaces = namedtuple("Surfaces", "radius clearance length material layer")
+
+
+class ClearanceJoint(Joint):
+    """Base of joints with clearance: contact, friction at it, and a film, each where the joint has
+    it.
+    """
+
+    lubricant: Lubricant | None = None
+
+    @property
+    def first_touch(self) -> bool:
+        """True where contact begins with a touch; with most transitions it sets in gradually."""
+        return self.transition is None or self.transition.law.first_touch
+
+    @property
+    def impacts(self) -> bool:
+        """True where there is contact that begins with a touch."""
+        return self.contact is not None and self.first_touch
+
+    @property
+    def viscosity(self) -> float | None:
+        """Dynamic viscosity of the oil [Pa s]."""
+        return None if self.lubricant is None else self.lubricant.viscosity
+
+    def _check_oil(self, size: str, meaning: str) -> None:
+        """Raise ValueError where the film lacks its oil, or a size of the joint."""
+        if not isinstance(self.lubricant, Lubricant):
+            reason = f"film needs lubricant=Lubricant(viscosity), got {self.lubricant!r}"
+            raise ValueError(f"{self.label()}: {reason}")
+        if getattr(self, size) is None:
+            raise ValueError(f"{self.label()}: film needs {meaning} [m]")
+
+    def _bristles(self, *names: str) -> list[State]:
+        """States of the friction law's bristles, one for each name; none where it has no
+        bristles.
+        """
+        law = self.friction
+        if law is None or law.law.family is not bristle:
+            return []
+        return [State(name, "m", law.law.size(law.values), order=1) for name in names]
+
+    def rub(self, m, w, sliding, normal, bristles="bristle_deflection", suffix=""):
+        """Friction force [N] at a contact, from the sliding speed [m/s] and the normal force [N].
+
+        bristles: name of their state, where the law has some; suffix: names the contact.
+        """
+        if self.friction.law.family is not bristle:
+            return m.law(self, "friction", [sliding, normal])[0]
+        deflection = m.state(self, bristles).v
+        rate, force = m.law(self, "friction", [deflection, sliding, normal])
+        w.rate(self, bristles, rate)
+        text = f"deflection of the friction law's bristles{suffix}"
+        w.show(self, bristles, "m", text, deflection)
+        return force
+
+    def show_force(self, w, force: tuple) -> None:
+        """Outputs of the force on body b."""
+        for axis, value in zip("xy", force, strict=True):
+            w.show(self, f"force_{axis}", "N", f"force {axis} on {self.b.body.name}", value)

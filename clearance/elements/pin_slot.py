@@ -4,9 +4,8 @@ import math
 from dataclasses import dataclass
 
 from clearance.elements.body import Point
-from clearance.elements.clearance_joint import ClearanceJoint, Surfaces
 from clearance.elements.element import Spot, State
-from clearance.elements.joint import FREE, Joint, Known, axis_field
+from clearance.elements.joint import FREE, ClearanceJoint, Joint, Known, Surfaces, axis_field
 from clearance.elements.quantities import GAPS, SIZES, law, number
 from clearance.laws.law import BoundLaw, contact, friction
 from clearance.laws.materials import Material, steel

@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 from clearance.elements.body import Point
-from clearance.elements.friction_joint import FRICTIONS, FrictionJoint
-from clearance.elements.joint import FREE, Known, axis_field
+from clearance.elements.joint import FREE, FRICTIONS, FrictionJoint, Known, axis_field
 from clearance.elements.quantities import UNIT, law, number
 from clearance.laws.joint_friction import slide_load
 from clearance.laws.law import BoundLaw

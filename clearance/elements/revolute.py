@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 from clearance.elements.body import Point
-from clearance.elements.friction_joint import FRICTIONS, FrictionJoint
-from clearance.elements.joint import FREE
+from clearance.elements.joint import FREE, FRICTIONS, FrictionJoint
 from clearance.elements.quantities import law, number
 from clearance.laws.joint_friction import pin_load
 from clearance.laws.law import BoundLaw

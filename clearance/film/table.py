@@ -38,7 +38,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.files import sealed
-from clearance.files.sources import digest_of_code
+from clearance.files.sealed import digest_of_code
 from clearance.film.bearing import CAVITATIONS, check_mesh, check_nodes
 from clearance.film.lookup import HEAD, TOP, Tabulated, looked_up, looked_up_flow
 from clearance.machine import store

@@ -22,7 +22,7 @@ from statistics import NormalDist
 import numpy as np
 
 from clearance.accuracy.by_differences import Impossible
-from clearance.files.replacing import locked
+from clearance.files.locks import locked
 from clearance.identify.free import Bounds, add_to_journal, bounded, journaled, saved
 from clearance.identify.optimum import (
     KEPT,

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from clearance.accuracy.by_differences import WIDTH
-from clearance.files.replacing import replacing
+from clearance.files.locks import replacing
 from clearance.files.texts import document_of
 from clearance.results.memory import MemoryRecord
 from clearance.run.run import Run

@@ -35,7 +35,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.files.replacing import replacing
+from clearance.files.locks import replacing
 from clearance.files.texts import unpacked_text
 from clearance.identify.trials import (
     AXES,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.files.replacing import locked
+from clearance.files.locks import locked
 from clearance.files.texts import listed
 from clearance.identify.free import Bounds, add_to_journal, bounded, journaled, saved
 from clearance.identify.measured import Measured, read

@@ -2,6 +2,6 @@
 step.
 """
 
-from clearance.values.lazy import lazily
+from clearance.values.checks import lazily
 
-__getattr__ = lazily(__name__, dict.fromkeys(("Answers", "Group", "Points", "impossible"), "group"))
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

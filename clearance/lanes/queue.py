@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from clearance.files.sources import digest_of_code
+from clearance.files.sealed import digest_of_code
 from clearance.lanes import steps
 from clearance.lanes.steps import ARRIVED, FINISH, IDLE, ITERATE, PREPARE, START
 from clearance.machine.numba_record import Record, reader

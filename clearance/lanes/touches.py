@@ -8,7 +8,7 @@ compile it.
 
 import math
 
-from clearance.files.sources import digest_of_code
+from clearance.files.sealed import digest_of_code
 from clearance.lanes import queue
 from clearance.lanes.explicit_steps import PROBES
 from clearance.lanes.queue import (

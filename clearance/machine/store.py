@@ -37,8 +37,8 @@ from numba.core.registry import cpu_target
 
 from clearance.files import sealed
 from clearance.files.locks import Foreign, Lock
+from clearance.files.sealed import digest_of_code
 from clearance.files.sealed import folder as folder
-from clearance.files.sources import digest_of_code
 
 # settings of the environment alone: a file of the working folder may be a stranger's
 numba.core.config._config_fname = ""

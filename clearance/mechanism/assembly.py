@@ -18,7 +18,7 @@ import numpy as np
 from clearance.elements.body import ABSOLUTE, Body, Point, ground
 from clearance.elements.element import Element
 from clearance.elements.joint import FREE, RELATIVE, TURN, Joint
-from clearance.mechanism.geometry import Geometry
+from clearance.mechanism.kinematics import Geometry
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import closed_plan
 from clearance.scene.scene import Scene, counterparts

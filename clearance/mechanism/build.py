@@ -16,10 +16,9 @@ from clearance.laws.law import BoundLaw, DataLaw
 from clearance.machine.callback import Callback
 from clearance.mechanism.assembly import Start, assemble
 from clearance.mechanism.kinematics import Kinematics, Pose
-from clearance.mechanism.layout import Layout
 from clearance.mechanism.loops import check_reach, mode
 from clearance.mechanism.numbers import Numbers
-from clearance.mechanism.structure import Structure, Tracing, marked, named
+from clearance.mechanism.structure import Layout, Structure, Tracing, marked, named
 from clearance.mechanism.topology import Plan, closed_plan, cut_plan, opens
 from clearance.scene.scene import Scene, counterparts
 from clearance.tracing.trace import Trace

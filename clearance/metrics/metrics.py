@@ -50,11 +50,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearance.elements.clearance_prismatic import CORNERS, MODES
 from clearance.results.extremes import BOTH, along, guides
 from clearance.results.record import Extreme, Record, cubic
 from clearance.values import checks
 from clearance.values.spelling import ByName
+from clearance.values.spots import CORNERS, MODES
 
 PERIODIC = 0.01  # distance over the clearance below which a journal counts as back
 FEWEST = 3  # least number of turns that show a period

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from clearance.files.replacing import replacing
+from clearance.files.locks import replacing
 from clearance.metrics.metrics import metrics
 from clearance.results.record import Record
 from clearance.results.stream import fits_path

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.files.replacing import replacing
+from clearance.files.locks import replacing
 from clearance.mechanism.build import Mechanism, build
 from clearance.motions import branch_file
 from clearance.motions.branch import DOUBLING, FOLD, LARGEST, LOCATED, POINTS, Follower, Point

@@ -12,8 +12,7 @@ from clearance.results.record import Record
 from clearance.results.recorder import Recorder
 from clearance.results.result import Result
 from clearance.results.stream import Stream, Unwritable
-from clearance.run.limits import Demand, affordable
-from clearance.run.options import span_of
+from clearance.run.options import Demand, affordable, span_of
 from clearance.scene.scene import Scene
 from clearance.simulation import SimulationError
 

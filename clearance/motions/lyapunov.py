@@ -21,8 +21,7 @@ from clearance.files.texts import markdown
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics.statistics import standard_error
 from clearance.results.tables import save_tables
-from clearance.run.limits import Demand, affordable
-from clearance.run.options import Solver, Span
+from clearance.run.options import Demand, Solver, Span, affordable
 from clearance.run.run import Run
 from clearance.scene.scene import Scene
 from clearance.stepping import status

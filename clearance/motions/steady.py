@@ -15,9 +15,8 @@ from clearance.motions.orbit_sensitivities import FINEST, orbit_sensitivities
 from clearance.motions.periodic_errors import paired
 from clearance.motions.shooting import Fixed, newton, settled, slow_states
 from clearance.results.errors import AUTO
-from clearance.results.record import Record
+from clearance.results.record import Record, warn
 from clearance.results.result import Result
-from clearance.results.run_warning import warn
 from clearance.run.options import Output
 from clearance.run.progress_bar import watched
 from clearance.run.run import Run

@@ -1,8 +1,5 @@
 """Records of runs, in memory and in files: written, read, checked."""
 
-from clearance.values.lazy import lazily
+from clearance.values.checks import lazily
 
-__getattr__ = lazily(
-    __name__,
-    {"PressureFields": "record", "Record": "record", "Result": "result", "open_result": "result"},
-)
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -1,8 +1,11 @@
-"""A run by name: `run["slider"].ax`, `run.joint("B").force`, its extremes and means."""
+"""A run by name: `run["slider"].ax`, `run.joint("B").force`, its extremes and means; its
+warnings in Python, one for each run that has some.
+"""
 
 import importlib
 import json
 import math
+import warnings
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Sequence
@@ -15,10 +18,28 @@ import numpy as np
 from clearance.results.errors import Error, Errors
 from clearance.results.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
 from clearance.results.integrals import Integrals
-from clearance.results.run_warning import counted
 from clearance.values.accessors import Drawn, accessor
 from clearance.values.checks import meant
 from clearance.values.spelling import as_path
+
+
+class RunWarning(UserWarning):
+    """The warnings of a run. Its result has them too, as `warnings`."""
+
+
+def warn(texts: Sequence[str]) -> None:
+    """Issue the warnings of a run as one, at the line that called a `watched` study; nothing for
+    none.
+    """
+    if texts:
+        heading = f"{counted(texts)} of this run, also in `result.warnings`:"
+        warnings.warn("\n".join([heading, *texts]), RunWarning, stacklevel=4)
+
+
+def counted(texts: Sequence[str]) -> str:
+    """Number of warnings, in words."""
+    return f"{len(texts) or 'no'} warning{'' if len(texts) == 1 else 's'}"
+
 
 #: the transition of before 0.3 with which contact begins with a touch
 FIRST_TOUCH = "clearance.laws.transition:flores_hybrid"

@@ -16,25 +16,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clearance.files.replacing import replacing, temporary_file, temporary_name
+from clearance.files.locks import replacing, temporary_file, temporary_name
 from clearance.results.errors import Errors, ExtremeErrors
 from clearance.results.extremes import Extremes
-from clearance.results.groups import (
-    EXTREMES,
-    FIELDS_OF_PRESSURE,
-    LOCATED,
-    OF_ERRORS,
-    OF_EXTREMES,
-    Group,
-    error_groups,
-    errors_of,
-    extremes_group,
-    integrals_group,
-    integrals_of,
-)
 from clearance.results.integrals import Integrals
-from clearance.results.memory_reader import MemoryReader
-from clearance.results.reading import FACT_UNITS, Damaged, Entries, Missing, Reader, open_checked
+from clearance.results.reading import (
+    FACT_UNITS,
+    Damaged,
+    Entries,
+    MemoryReader,
+    Missing,
+    Reader,
+    open_checked,
+)
 from clearance.results.record import (
     PARTS,
     WEAR,
@@ -43,7 +37,23 @@ from clearance.results.record import (
     Record,
     extra,
 )
-from clearance.results.tables import FORMAT, FORMAT_VERSION, check_result, in_memory
+from clearance.results.tables import (
+    EXTREMES,
+    FIELDS_OF_PRESSURE,
+    FORMAT,
+    FORMAT_VERSION,
+    LOCATED,
+    OF_ERRORS,
+    OF_EXTREMES,
+    Group,
+    check_result,
+    error_groups,
+    errors_of,
+    extremes_group,
+    in_memory,
+    integrals_group,
+    integrals_of,
+)
 from clearance.scene.document import check
 
 if TYPE_CHECKING:  # what few runs have

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from clearance.results.groups import TEXTS, Column, Group, TableLayout, texts_of
+from clearance.results.tables import TEXTS, Column, Group, TableLayout, texts_of
 
 TRUSTED = 0.05  # error over value up to which a sensitivity is trusted
 #: error of a change relative to the metric, over that of the parameter, that hardly counts

@@ -11,15 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.files.replacing import replacing, temporary_file
+from clearance.files.locks import replacing, temporary_file
 from clearance.results import hdf5_image
-from clearance.results.groups import Group
 from clearance.results.hdf5_image import Attributes, Image, Unknown
-from clearance.results.memory import EVENT_COLUMNS, SOLVER_COLUMNS, Memory, Ranges
-from clearance.results.memory_reader import MemoryReader
-from clearance.results.reading import ABOUT, checked
+from clearance.results.memory import EVENT_COLUMNS, SOLVER_COLUMNS, Memory, Ranges, Samples
+from clearance.results.reading import ABOUT, MemoryReader, checked
 from clearance.results.result import DIMENSIONS, EVENT_TEXTS, HeldResult, MemoryResult, Result
-from clearance.results.samples import Samples
 from clearance.results.stream import (
     CHUNK,
     FULL,
@@ -38,6 +35,7 @@ from clearance.results.stream import (
     ranged,
     spots,
 )
+from clearance.results.tables import Group
 
 PATIENCE = 1.0  # seconds of wall time after which a run is no short one
 MOST_IMAGES = 8  # that a process keeps

@@ -15,20 +15,21 @@ from types import MappingProxyType
 import h5py
 import numpy as np
 
-from clearance.files.locks import Lock
-from clearance.files.replacing import check_replaceable, temporary_name
-from clearance.results.groups import Group, extremes_group, integrals_group
+from clearance.files.locks import Lock, check_replaceable, temporary_name
 from clearance.results.hdf5_image import CHECK
 from clearance.results.memory import CONTACT_KINDS, EVENT_COLUMNS, SOLVER_COLUMNS, Ranges
 from clearance.results.reading import ABOUT, FACT_UNITS, Reader, checked, column_check
 from clearance.results.result import DIMENSIONS, EVENT_TEXTS, Result
 from clearance.results.tables import (
     LIBVER,
+    Group,
     appending,
     check_result,
     compact_groups,
+    extremes_group,
     image_of,
     in_memory,
+    integrals_group,
     provenance,
 )
 

@@ -16,8 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.files.locks import Lock, folder_at
-from clearance.files.replacing import check_replaceable, replacing
+from clearance.files.locks import Lock, check_replaceable, folder_at, replacing
 from clearance.files.texts import document_of
 from clearance.results.reading import Damaged, arrays_of
 from clearance.results.result import Result

@@ -8,8 +8,7 @@ import numpy as np
 from clearance.elements.joint import Joint
 from clearance.elements.regimes import FULL_FILM, depth_warning
 from clearance.machine.callback import Callback
-from clearance.results.ledger import LedgerWatch
-from clearance.results.recorder import Recorder
+from clearance.results.recorder import LedgerWatch, Recorder
 from clearance.run.start import QUASI_STATIC, quasi_static
 from clearance.stepping import status
 from clearance.stepping.control import STIFF_ENOUGH

@@ -8,8 +8,7 @@ from clearance.mechanism.build import build
 from clearance.results.extremes import guides
 from clearance.run.options import Span
 from clearance.run.run import Run
-from clearance.scene.scene import Scene
-from clearance.scene.variants import idealised
+from clearance.scene.scene import Scene, idealised
 from clearance.stepping import status as codes
 
 MOST_KEPT = 64  # ideal motions held in memory

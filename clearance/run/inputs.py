@@ -21,7 +21,7 @@ from importlib.machinery import ModuleSpec, PathFinder
 from itertools import accumulate
 from pathlib import Path
 
-from clearance.files.sources import parsed
+from clearance.files.sealed import parsed
 from clearance.files.texts import digest
 from clearance.mechanism.build import Mechanism
 from clearance.scene.case import Case

@@ -24,10 +24,9 @@ import numpy as np
 from clearance.film.bearing import Bearing, Groove
 from clearance.film.online import NEAREST
 from clearance.laws.film import thinning
-from clearance.results.groups import FIELDS_OF_PRESSURE, Group
 from clearance.results.record import PressureFields, Record
 from clearance.results.result import PATH_OF_FIELDS, Result
-from clearance.results.tables import appending
+from clearance.results.tables import FIELDS_OF_PRESSURE, Group, appending
 
 #: names of film laws whose pressure the Reynolds equation of a finite bearing gives
 FINITE = ("table", "table_ambient", "solved", "harmonic")

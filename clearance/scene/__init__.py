@@ -1,5 +1,5 @@
 """Scenes: from elements, from cases, from names of laws, from TOML; as plain data and back."""
 
-from clearance.values.lazy import lazily
+from clearance.values.checks import lazily
 
-__getattr__ = lazily(__name__, {"Scene": "scene"})
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -22,8 +22,24 @@ from clearance.laws.law import BoundLaw, DataLaw, Law, OfJoint
 from clearance.values.checks import meant
 from clearance.values.units import amount, quantity
 
+
+class Kinds(Mapping):
+    """Kinds of elements, each imported on first use."""
+
+    def __getitem__(self, name: str) -> type[Element]:
+        if name not in elements.__all__:
+            raise KeyError(name)
+        return getattr(elements, name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(elements.__all__)
+
+    def __len__(self) -> int:
+        return len(elements.__all__)
+
+
 #: kinds of elements by name
-KINDS: dict[str, type[Element]] = {name: getattr(elements, name) for name in elements.__all__}
+KINDS: Mapping[str, type[Element]] = Kinds()
 #: modules of the package begin so; their laws are read by name
 PACKAGE = "clearance."
 #: family of laws -> SI units of those parameters that have one unit in all of them

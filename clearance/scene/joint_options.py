@@ -4,13 +4,10 @@ import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
-from clearance import laws
-from clearance.elements import ClearancePrismatic, ClearanceRevolute, Prismatic, Revolute
+from clearance import elements, laws
 from clearance.elements.joint import Joint
 from clearance.film.bearing import DRAG
-from clearance.film.pad_law import pad_film
 from clearance.laws.materials import Lubricant, Material, steel
-from clearance.laws.oils import oil_named
 from clearance.scene import law_names
 from clearance.scene.law_names import AUTO, COSINE, NONE, Pair
 from clearance.values import checks
@@ -133,8 +130,7 @@ class JointOptions:
             film = law_names.film_of(
                 self.film, self.ambient, self.flow_factors, self.mesh, self.drag
             )
-            oil = Lubricant(self.viscosity) if self.oil == NONE else oil_named(self.oil)
-            slots |= {"film": film, "lubricant": oil}
+            slots |= {"film": film, "lubricant": self._lubricant()}
             slots["film_torques"] = bool(self.film_torques)
         if self.model == "mixed":
             shared = law_names.transition_of(self.transition, self.thresholds, self.memberships)
@@ -143,6 +139,14 @@ class JointOptions:
             if self._elastic():
                 slots["elastic"] = laws.line_contact()
         return slots
+
+    def _lubricant(self) -> Lubricant:
+        """The oil of a grade, or one of the viscosity."""
+        if self.oil == NONE:
+            return Lubricant(self.viscosity)
+        from clearance.laws.oils import oil_named
+
+        return oil_named(self.oil)
 
     def _elastic(self) -> bool:
         """True where the film of a mixed joint is that between elastic surfaces."""
@@ -175,8 +179,8 @@ class JointFactory:
     def __call__(self, name: str, a, b) -> Joint:
         """A hinge."""
         if name not in self.chosen:
-            return Revolute(a, b, name=name)
-        return ClearanceRevolute(a, b, name=name, **self.hinge)
+            return elements.Revolute(a, b, name=name)
+        return elements.ClearanceRevolute(a, b, name=name, **self.hinge)
 
     def slide(
         self,
@@ -198,7 +202,7 @@ class JointFactory:
         Raises ValueError for a model without one.
         """
         if name not in self.chosen:
-            return Prismatic(a, b, axis=axis, angle=angle, name=name)
+            return elements.Prismatic(a, b, axis=axis, angle=angle, name=name)
         if clearance is None:
             clearance = self.options.clearance
         checks.positive("clearance", clearance)
@@ -208,7 +212,7 @@ class JointFactory:
             slots = self.options.solids(pair, model)
         except ValueError as error:
             raise ValueError(f"joint {name}: {error}") from None
-        return ClearancePrismatic(
+        return elements.ClearancePrismatic(
             a,
             b,
             axis=axis,
@@ -227,6 +231,8 @@ class JointFactory:
 
     def _film(self) -> dict:
         """Films of a slide; edges touch where the model has no transition either."""
+        from clearance.film.pad_law import pad_film
+
         if self.options.model == "dry":
             return {}
         wet = {n: self.hinge[n] for n in ("lubricant", "roughness") if n in self.hinge}

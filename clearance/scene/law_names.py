@@ -87,15 +87,22 @@ DRIVES: dict[str, Callable] = {
 }
 #: friction of joints without clearance
 JOINT_FRICTIONS = ("none", "coulomb", "stribeck")
+
+
+def _film(name: str, **options) -> laws.BoundLaw:
+    """A film law by its name, whose module is imported on first use."""
+    return getattr(films, name)(**options)
+
+
 #: coarse to fine: formulas and the table of the Reynolds equation
 FILMS = {
-    n: getattr(films, n)
+    n: partial(_film, n)
     for n in ("sommerfeld", "pinkus_sternlicht", "long", "short", "harmonic", "table")
 }
 #: films that solve the Reynolds equation as the run goes: 1e3 times dearer and more
-ONLINE_FILMS = {n: getattr(films, n) for n in ("fast", "fem", "conserving")}
+ONLINE_FILMS = {n: partial(_film, n) for n in ("fast", "fem", "conserving")}
 #: the film that goes through the wall, as elastic(liner=2e-14, pressure_viscosity=0)
-ELASTIC_FILMS = {"elastic": films.elastic}
+ELASTIC_FILMS = {"elastic": partial(_film, "elastic")}
 ALL_FILMS = FILMS | ONLINE_FILMS | ELASTIC_FILMS
 #: films of the Reynolds equation: the faces of a slide then have theirs from a table too
 TABLES = ("table", *ONLINE_FILMS, *ELASTIC_FILMS)

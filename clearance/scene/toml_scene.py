@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from clearance import laws
-from clearance.files.sources import parsed
+from clearance.files.sealed import parsed
 from clearance.files.texts import shallow, text_of
 from clearance.film import names as films
 from clearance.film.pad_law import pad_film

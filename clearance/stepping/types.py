@@ -11,7 +11,7 @@ import numba
 from numba.core import event as events
 from numba.core.compiler import Compiler
 
-from clearance.files.sources import digest_of_code
+from clearance.files.sealed import digest_of_code
 from clearance.machine.store import (
     COMPILED,
     KERNEL,

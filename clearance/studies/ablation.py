@@ -11,8 +11,7 @@ from clearance.mechanism.build import build
 from clearance.run.diagnosis import Diagnosis
 from clearance.run.options import Solver, Span, choose_method
 from clearance.run.run import Run
-from clearance.scene.scene import Scene
-from clearance.scene.variants import reduced
+from clearance.scene.scene import Scene, reduced
 from clearance.stepping import status
 
 RTOL = 1e-6

@@ -22,8 +22,7 @@ from clearance.files.texts import markdown
 from clearance.metrics.by_turn import means
 from clearance.metrics.statistics import Mean
 from clearance.results.tables import save_tables
-from clearance.run.limits import Demand, affordable
-from clearance.run.options import LARGEST_SHARE, METHODS, choose_method
+from clearance.run.options import LARGEST_SHARE, METHODS, Demand, affordable, choose_method
 from clearance.scene.scene import Scene
 from clearance.simulation import SimulationError, simulate
 from clearance.studies.peers import PEERS

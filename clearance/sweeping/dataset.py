@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.files.replacing import replacing
+from clearance.files.locks import replacing
 from clearance.files.texts import listed, markdown
 from clearance.metrics.sensor import deviation, filtered
 from clearance.results.reading import checked

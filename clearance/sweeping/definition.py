@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from clearance.files.replacing import replacing
+from clearance.files.locks import replacing
 from clearance.files.texts import brief, check_kinds, signed, signed_document, text_of
 from clearance.files.texts import digest as digest
 from clearance.sweeping.points import Points, in_words, spread_out

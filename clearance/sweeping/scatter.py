@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.files.replacing import replacing
+from clearance.files.locks import replacing
 from clearance.files.texts import check_kinds, signed, signed_document, text_of
 from clearance.sweeping.index import Sweep, open_sweep
 from clearance.sweeping.points import OUTER_COMMA, Points

@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.accuracy.request import Request, names
-from clearance.files.locks import folder_at, opener
-from clearance.files.replacing import locked
+from clearance.files.locks import folder_at, locked, opener
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics.of_points import of_point
 from clearance.results.errors import asks
@@ -32,7 +31,7 @@ from clearance.run.inputs import (
     modules_of,
     point_differences,
 )
-from clearance.run.limits import Demand, affordable
+from clearance.run.options import Demand, affordable
 from clearance.run.progress_bar import watched
 from clearance.run.recording import attributes_of
 from clearance.scene.catalogue import AnyCase, case_with, find_case

@@ -20,7 +20,7 @@ from functools import partial, reduce
 from types import CodeType, ModuleType
 from typing import ClassVar
 
-from clearance.files.sources import parsed
+from clearance.files.sealed import parsed
 from clearance.machine.callback import KEEP
 from clearance.tracing.function import Answer, Function, Loop, Opaque, SubTrace
 from clearance.tracing.trace import (

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from clearance.files.sources import parsed
+from clearance.files.sealed import parsed
 from clearance.machine import store
 from clearance.machine.callback import answered
 from clearance.tracing.emission import Program, called, function_text, kernel_text

@@ -1,8 +1,10 @@
-"""Pictures and pages of results: names of the code that draws them.
+"""Names of code that is imported when it is called: what draws pictures and pages of results, and
+what packages have from their modules.
 
-That code stands above. It enters itself here, and is imported when it is called.
+Code that draws stands above, and enters itself here.
 """
 
+import re
 from importlib import import_module
 from pathlib import Path
 
@@ -14,6 +16,15 @@ def accessor(name: str):
     """Code that an attribute of a result calls."""
     module, _, drawing = ACCESSORS[name].partition(":")
     return getattr(import_module(module), drawing)
+
+
+def stated(file: str) -> dict[str, tuple[str, str]]:
+    """Names that the stub beside a module states, `from MODULE import NAME as NAME` one a line, for
+    editors too: module, and name there.
+    """
+    stub = Path(file).with_suffix(".pyi").read_text(encoding="utf-8")
+    lines = re.findall(r"^from (\S+) import (\w+) as (\w+)$", stub, re.MULTILINE)
+    return {name: (module, there) for module, there, name in lines}
 
 
 class Celled:

@@ -1,9 +1,15 @@
-"""Checks of user input: each raises ValueError (or TypeError) naming the field and the value."""
+"""Checks of user input: each raises ValueError (or TypeError) naming the field and the value.
+
+`absent` and `lazily` are the `__getattr__` of packages.
+"""
 
 import functools
 import math
+import sys
 from collections.abc import Callable, Iterable
+from importlib import import_module
 
+from clearance.values.accessors import stated
 from clearance.values.columns import Column
 
 Check = Callable[[str, object], float]
@@ -162,3 +168,21 @@ def identifier(field: str, value: object) -> str:
             f"{field} must be a non-empty name without '/', '.' or blanks, got {value!r}"
         )
     return value
+
+
+def lazily(package: str, file: str) -> tuple[Callable, Callable, list[str]]:
+    """`__getattr__`, `__dir__` and `__all__` of a package with the names of its stub, see
+    `accessors.stated`, imported on first use.
+    """
+    names = stated(file)
+    public, missing = sorted(names), absent(package, names)
+
+    def __getattr__(name: str):
+        if name not in names:
+            return missing(name)
+        module, there = names[name]
+        value = getattr(import_module(module), there)
+        setattr(sys.modules[package], name, value)
+        return value
+
+    return __getattr__, lambda: public, public

@@ -28,8 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearance.elements.body import ground
-from clearance.files.locks import Lock, opener
-from clearance.files.replacing import replacing
+from clearance.files.locks import Lock, opener, replacing
 from clearance.files.texts import signed
 from clearance.laws.contact import layer_of
 from clearance.laws.outline import Outline, worn

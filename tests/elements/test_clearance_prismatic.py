@@ -13,7 +13,7 @@ import clearance as cl
 from clearance.elements.clearance_prismatic import CORNERS
 from clearance.mechanism.build import build
 from clearance.metrics.metrics import metrics
-from clearance.scene.variants import idealised
+from clearance.scene.scene import idealised
 from clearance.simulation import prepare
 from tests import mechanisms as m
 from tests.augmented import IMPACT, Augmented

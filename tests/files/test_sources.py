@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
-from clearance.files import sealed, sources
+from clearance.files import sealed
 from tests.seeds import few_of
 
 PACKAGE = Path(cl.__file__).parent
@@ -91,7 +91,7 @@ def change_words(path):
     """Another sentence in each docstring of a file, a comment and lines before all."""
     lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
     for node in ast.walk(ast.parse("".join(lines))):
-        if isinstance(node, sources.DOCUMENTED) and ast.get_docstring(node):
+        if isinstance(node, sealed.DOCUMENTED) and ast.get_docstring(node):
             row, end = node.body[0].end_lineno - 1, node.body[0].end_col_offset
             text = lines[row].encode()
             lines[row] = (text[: end - 3] + b" Another. " + text[end - 3 :]).decode()
@@ -138,7 +138,7 @@ def digest(tmp_path, text):
     """Of a file with a text."""
     path = tmp_path / f"sample_{abs(hash(text))}.py"
     path.write_text(text, encoding="utf-8")
-    return sources.digest_of_code(path)
+    return sealed.digest_of_code(path)
 
 
 def test_all_versions_of_python_have_the_same_digest(tmp_path):
@@ -173,15 +173,15 @@ def test_a_file_is_parsed_once(tmp_path, monkeypatch):
     monkeypatch.setenv("CLEARANCE_STORE", str(tmp_path / "store"))
     path = tmp_path / "sample.py"
     path.write_text(SAMPLE)
-    of_code = sources.digest_of_code.__wrapped__
+    of_code = sealed.digest_of_code.__wrapped__
     first = of_code(path)
     with monkeypatch.context() as patch:
-        patch.setattr(sources.ast, "parse", None)
+        patch.setattr(sealed.ast, "parse", None)
         assert of_code(path) == first
     path.write_text(SAMPLE.replace("0x10", "0x11"))
     os.utime(path, ns=(0, 0))
     assert of_code(path) != first
-    (tmp_path / "store" / sources.LEDGER).write_bytes(b"damaged")
+    (tmp_path / "store" / sealed.LEDGER).write_bytes(b"damaged")
     monkeypatch.setattr(sealed.LOG, "warning", lambda *message: None)
     assert of_code(path) != first
 
@@ -190,4 +190,4 @@ def test_sources_are_parsed_by_one_function():
     """In Python 3.11 threads that parse at once can fail; only this one takes turns."""
     package = Path(cl.__file__).parent
     parsing = {p.name for p in package.rglob("*.py") if "ast.parse(" in p.read_text()}
-    assert parsing == {"sources.py"}
+    assert parsing == {"sealed.py"}

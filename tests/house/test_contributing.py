@@ -212,5 +212,5 @@ def test_the_page_stays_short():
     assert len(prose.split()) <= 1400  # the table is made: a row for each folder
     assert max(map(len, TEXT.splitlines())) <= 160
     assert len(FENCED.findall(TEXT)) == 6
-    assert len(LINE.findall(TEXT)) == 4
+    assert len(LINE.findall(TEXT)) == 3
     assert len(COMMANDS) == 4

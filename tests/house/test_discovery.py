@@ -15,9 +15,11 @@ import pytest
 import clearance as cl
 from clearance.laws.law import Law, OfJoint
 from clearance.values import checks
+from clearance.values.accessors import stated
 from tests.typed import python
 
 INIT = Path(cl.__file__)
+STUB = INIT.with_suffix(".pyi")
 LAWS = [n for n in cl.__all__ if isinstance(getattr(cl, n), Law)]
 NAMES = ["stiffness", "damping", "depth", "width", "höhe", "n", "speed", "_hidden"]
 #: of scenes, whose arguments a user gives
@@ -41,20 +43,18 @@ def test_users5_dir_lists_every_public_name():
 
 
 def test_users5_editors_and_python_have_the_same_lazy_names():
-    """Names for type checkers are those that Python imports lazily."""
-    (block,) = (
-        node
-        for node in ast.parse(INIT.read_text()).body
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
-    )
-    named = {a.asname: (node.module, a.name) for node in block.body for a in node.names}
-    groups = [node.module for node in block.body for a in node.names if a.name == "*"]
+    """Names for type checkers are those that Python imports lazily: it reads all of each stub."""
+    imports = [n for n in ast.parse(STUB.read_text()).body if isinstance(n, ast.ImportFrom)]
+    named = {a.asname: (node.module, a.name) for node in imports for a in node.names}
+    groups = [node.module for node in imports for a in node.names if a.name == "*"]
     assert groups == ["clearance.laws", "clearance.elements"]
     modules = {n: ".".join(named.pop(n)) for n in cl._MODULES}
     assert modules == cl._MODULES
     named.pop(None)  # those of the groups
-    lazy = {n: (module, cl._RENAMED.get(n, n)) for n, module in cl._LAZY.items()}
-    assert named == lazy
+    assert named == cl._LAZY
+    for stub in INIT.parent.rglob("*.pyi"):
+        aliases = re.findall(r" as \w+", stub.read_text())
+        assert len(stated(str(stub))) == len(aliases) - 3 * (stub == STUB)
     assert (INIT.parent / "py.typed").exists()
 
 

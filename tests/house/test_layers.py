@@ -65,10 +65,9 @@ ONLY_IN = {
         "paper_figures.structure",
     },
     "h5py": {
-        "clearance.results.groups",
+        "clearance.results.tables",
         "clearance.results.hdf5_image",
         "clearance.results.reading",
-        "clearance.results.tables",
         "clearance.results.stream",
     },
     "jax": {"clearance.identify.learn"},

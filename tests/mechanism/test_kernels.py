@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.files.sources import parsed
+from clearance.files.sealed import parsed
 from clearance.machine import store
 from clearance.mechanism import build as building
 from clearance.mechanism import structure

@@ -7,7 +7,7 @@ import pytest
 
 import clearance as cl
 from clearance.mechanism import topology
-from clearance.mechanism.sharing import COORDINATES, Sharing
+from clearance.mechanism.topology import COORDINATES, Sharing
 from tests import mechanisms as m
 from tests.seeds import few_of
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from clearance.elements import Force, SpringDamper, Torque, TorsionSpring
 from clearance.elements.body import ground
-from clearance.elements.friction_joint import FrictionJoint
+from clearance.elements.joint import FrictionJoint
 from clearance.laws.law import BoundLaw
 from clearance.mechanism.assembly import assemble
 from clearance.scene.scene import Scene

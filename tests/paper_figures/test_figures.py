@@ -18,7 +18,7 @@ from clearance.paper_figures import gallery, structure, workshop
 import clearance as cl
 from clearance import cli
 from clearance.commands import figures as figures_command
-from clearance.files.replacing import locked
+from clearance.files.locks import locked
 
 NAMES = workshop.names()
 

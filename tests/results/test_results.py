@@ -358,7 +358,7 @@ def test_a_late_jump_of_energy_is_seen_in_a_long_run():
     """The watch judges stretches of the run: 8 J lost after 2000 J have been turned over are not
     forgiven.
     """
-    from clearance.results.ledger import LedgerWatch
+    from clearance.results.recorder import LedgerWatch
 
     t = np.linspace(0.0, 100.0, 20001)
     kinetic = 5.0 + 5.0 * np.sin(2 * np.pi * t)
@@ -380,7 +380,7 @@ def test_a_watch_keeps_no_rows(seed):
     """Pieces of any length are judged as all rows at once, by sums that run on: what the watch
     keeps has one size, also in a stretch that never ends.
     """
-    from clearance.results.ledger import LedgerWatch
+    from clearance.results.recorder import LedgerWatch
 
     rng = np.random.default_rng(seed)
     t = np.cumsum(rng.uniform(0.0, 1e-3, rng.integers(50, 3000)))

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.results import integrals, samples
-from clearance.results.samples import Samples
+from clearance.results import integrals
+from clearance.results import memory as samples
+from clearance.results.memory import Samples
 
 
 def taken(random, width: int, pieces: int) -> tuple[Samples, np.ndarray, np.ndarray]:

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 import clearance as cl
-from clearance.run import limits
-from clearance.run.limits import Demand, affordable
+from clearance.run import options as limits
+from clearance.run.options import Demand, affordable
 
 IDEAL = ["slider_crank", "-p", "model=ideal"]
 

@@ -18,7 +18,7 @@ from clearance.accuracy.horizon import NotSolved, Problem, horizon
 from clearance.mechanism.build import build
 from clearance.run.options import METHODS
 from clearance.scene.catalogue import find_case
-from clearance.scene.variants import reduced
+from clearance.scene.scene import reduced
 from clearance.studies import ablation, physics, work_precision
 from clearance.studies.peers import PEERS, dispatched
 from tests.oracles.exudyn import Exudyn

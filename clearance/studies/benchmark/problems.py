@@ -4,7 +4,7 @@ import time
 import warnings
 from pathlib import Path
 
-from clearance.results.run_warning import RunWarning
+from clearance.results.record import RunWarning
 from clearance.scene.law_names import one_of
 from clearance.studies.benchmark import bearings, mechanisms, motions  # noqa: F401
 from clearance.studies.benchmark.foreign import foreign

@@ -1,0 +1,15 @@
+from clearance.elements.clearance_prismatic import ClearancePrismatic as ClearancePrismatic
+from clearance.elements.clearance_revolute import ClearanceRevolute as ClearanceRevolute
+from clearance.elements.drive import Drive as Drive
+from clearance.elements.forces import FollowerForce as FollowerForce
+from clearance.elements.forces import Force as Force
+from clearance.elements.forces import Torque as Torque
+from clearance.elements.gear import Gear as Gear
+from clearance.elements.pin_slot import ClearancePinSlot as ClearancePinSlot
+from clearance.elements.pin_slot import PinSlot as PinSlot
+from clearance.elements.prismatic import Prismatic as Prismatic
+from clearance.elements.revolute import Revolute as Revolute
+from clearance.elements.springs import SpringDamper as SpringDamper
+from clearance.elements.springs import TorsionSpring as TorsionSpring
+from clearance.elements.thermal_node import ThermalNode as ThermalNode
+from clearance.elements.weld import Weld as Weld

@@ -1,0 +1,1 @@
+from clearance.scene.scene import Scene as Scene
