@@ -34,6 +34,7 @@ ACCESSORS |= {
     "plot": "clearance.postprocess.pictures:Pictures",
     "report": "clearance.postprocess.report:report",
     "cell": "clearance.postprocess.cells:cell",
+    "live": "clearance.postprocess.live:live",
     "ideal_turn": "clearance.simulation:ideal_turn",
     "to_csv": "clearance.metrics.tables:to_csv",
     "to_mat": "clearance.metrics.tables:to_mat",

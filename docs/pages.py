@@ -13,6 +13,8 @@ import api_pages
 from docstrings import first_line, prose, restructured
 from formulas import HEAD, is_formula, latex
 
+from clearance.exporting.unit import has_zig
+
 #: folders that the forge lists, and their pages of the site
 FOLDERS = {
     "docs/gallery": "docs/made/gallery/index.rst",
@@ -27,13 +29,18 @@ HOME = (
     '<meta http-equiv="refresh" content="0; url=docs/index.html">'
     '<a href="docs/index.html">clearance</a>'
 )
-FRAME = '<iframe class="moving" src="../{}" title="the feeder moves"></iframe>'
+FRAME = '<iframe class="moving" src="../{}" title="the feeder moves"></iframe>\n'
+#: below it, where the extra export is there
+COMPUTING = (
+    "\n*Move the sliders: the page integrates the feeder in your browser, "
+    "by [one command](export.md#a-page-that-computes).*\n"
+)
 
 
 def read_page(app, docname: str, source: list[str]) -> None:
     """Handler of Sphinx: pages below this one, and links to folders that a forge lists."""
     text = CONTENTS.sub(lambda m: contents(m[1].split()), source[0])
-    text = MOVING.sub(lambda m: FRAME.format(m[1]), text)
+    text = MOVING.sub(lambda m: FRAME.format(m[1]) + COMPUTING * has_zig(), text)
     source[0] = FOLDER.sub(lambda m: f"]({FOLDERS.get(m[1], f'{m[1]}/README.md')})", text)
 
 
@@ -173,7 +180,11 @@ def write_root(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "index.html").write_text(HOME, encoding="utf-8")
     (folder / "llms.txt").write_text(llms(Path(__file__).parent), encoding="utf-8")
-    cl.simulate(cl.load_case("six_bar_feeder", model="mixed"), turns=4).view(folder / "feeder.html")
+    scene, page = cl.load_case("six_bar_feeder", model="mixed"), folder / "feeder.html"
+    if has_zig():
+        cl.export(scene, page=page)
+    else:
+        cl.simulate(scene, turns=4).view(page)
 
 
 def llms(docs: Path) -> str:

@@ -24,36 +24,26 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Write what is requested."""
-    from clearance.exporting.export import Exported, export
-    from clearance.exporting.model import Model
+    from clearance.exporting.export import export
 
     if options.c is options.fmu is options.page is None:
         raise ValueError("export: give --fmu FILE.fmu, --c FOLDER or --page FILE.html")
     if options.check and options.fmu is None:
         raise ValueError("export: --check needs --fmu FILE.fmu")
     _, values, scene = scene_of(options)
-    if options.c is options.fmu is None:
-        exported = Exported(Model(scene), None, None, ())
-    else:
-        exported = export(scene, c=options.c, fmu=options.fmu)
+    exported = export(scene, c=options.c, fmu=options.fmu, page=options.page)
     model = exported.model
     document = {
         "parameters_given": values,
         "c": exported.c and str(exported.c),
         "fmu": exported.fmu and str(exported.fmu),
+        "page": exported.page and str(exported.page),
         "platforms": exported.platforms,
         "parameters": [n.name for n in model.numbers if not n.is_input],
         "inputs": [n.name for n in model.inputs],
         "outputs": [c.path for c in model.layout.channels],
         "states": model.layout.names,
     }
-    if options.page:
-        from clearance.exporting import page
-        from clearance.exporting.unit import module
-        from clearance.postprocess.live import live
-
-        wasm = module(model)
-        document["page"] = str(live(page.first_run(model), options.page, page.facts(model), wasm))
     differences = []
     if options.check:
         from clearance.exporting.check import checked

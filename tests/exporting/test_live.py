@@ -96,3 +96,13 @@ def test_sliders_move_the_picture(page_of):
         browser.close()
     assert errors == []
     assert all(url.startswith("file:") for url in asked)
+
+
+def test_the_page_in_python(tmp_path):
+    """One call writes it, beside C source; without anything to write the call is refused."""
+    scene = cl.load_case("slider_crank", model="lubricated")
+    exported = cl.export(scene, page=tmp_path / "p.html", c=tmp_path / "c")
+    assert exported.page == tmp_path / "p.html"
+    assert "WebAssembly" in exported.page.read_text()
+    with pytest.raises(ValueError, match="or page=FILE.html"):
+        cl.export(scene)

@@ -195,7 +195,7 @@ def test_what_draws_results_is_named_at_the_top_only():
     from clearance.values.accessors import ACCESSORS
 
     assert set(ACCESSORS) == {
-        *("plot", "report", "view", "cell", "ideal_turn"),
+        *("plot", "report", "view", "cell", "live", "ideal_turn"),
         *("to_csv", "to_mat", "to_latex", "citations", "metrics"),
         *(f"{verb}_{noun}" for verb in ("plot", "report") for noun in ("fit", "optimum")),
     }
