@@ -13,7 +13,6 @@ from clearance.machine.store import address
 from clearance.run.observers import Observer
 from clearance.run.run import Run
 from clearance.stepping import status
-from clearance.stepping.along import LOOP, along
 
 ALLOWANCE = 4.0  # of the error of a step, over that of the run whose steps these are
 
@@ -52,6 +51,8 @@ class Replay(Run):
     def advance(self, until: float = math.inf) -> int:
         """Steps until a buffer is full, or all. A status code."""
         state = self.state
+        from clearance.stepping.along import LOOP, along
+
         refused, loop = state.rejected, address(self.loop.run, LOOP)
         code = along(loop, state.address, self.ends, self.made)
         count = int(self.made[0])

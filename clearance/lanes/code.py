@@ -1,6 +1,7 @@
 """Machine code of functions written as LLVM IR, for the processor at hand."""
 
 import ctypes
+import logging
 import os
 from collections.abc import Callable
 from functools import cache
@@ -19,6 +20,10 @@ from clearance.machine.store import (
 )
 from clearance.tracing.ir import POINTER
 
+llvm.initialize_native_target()
+llvm.initialize_native_asmprinter()
+LOG = logging.getLogger("clearance")
+LONG = 1_000_000  # characters of a module that takes a second or more
 WIDTHS = (1, 2, 4, 8)
 #: features as LLVM takes them
 WIDE = f"{FEATURES},-prefer-256-bit" if "avx512f" in HAS else FEATURES
@@ -50,16 +55,22 @@ def natural_width() -> int:
 
 
 class Code:
-    """A module made machine code, which stays in the store: addresses of its functions by name."""
+    """A module made machine code, which stays in the store: addresses of its functions by name.
 
-    def __init__(self, module: ir.Module, level: int = 2):
-        text = str(module)
+    module: it, or what writes it where the store lacks its code; about: all that it is made from,
+    where that is less than its text.
+    """
+
+    def __init__(
+        self, module: ir.Module | Callable[[], ir.Module], about: str = "", level: int = 2
+    ):
+        made_from = about or str(module)
         with global_compiler_lock:
             machine = llvm.Target.from_default_triple().create_target_machine(
                 cpu=PROCESSOR, features=WIDE, opt=level
             )
-            stem = f"lanes_{digest_of(f'{level} {WIDE} {text}')}"
-            code, _ = stored(stem, lambda: _object_code(text, machine, level))
+            stem = f"lanes_{digest_of(f'{level} {WIDE} {made_from}')}"
+            code, _ = stored(stem, lambda: _object_code(module, machine, level))
             self.engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
             self.engine.add_object_file(llvm.ObjectFileRef.from_data(code))
             self.engine.finalize_object()
@@ -68,19 +79,20 @@ class Code:
         return self.engine.get_function_address(name)
 
 
-def _object_code(text: str, machine: llvm.TargetMachine, level: int) -> bytes:
-    """Machine code of a module."""
-    module = llvm.parse_assembly(text)
-    module.verify()
+def _object_code(module, machine: llvm.TargetMachine, level: int) -> bytes:
+    """Machine code of a module, see `Code`."""
+    text = str(module() if callable(module) else module)
+    if len(text) > LONG:
+        LOG.info("compiling: motions of this structure in lanes, once (some seconds)")
+    parsed = llvm.parse_assembly(text)
+    parsed.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=level)
     passes = llvm.create_pass_builder(machine, options)
-    passes.getModulePassManager().run(module, passes)
-    return machine.emit_object(module)
+    passes.getModulePassManager().run(parsed, passes)
+    return machine.emit_object(parsed)
 
 
 def new_module() -> ir.Module:
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
     module = ir.Module("lanes")
     module.triple = llvm.get_process_triple()
     return module

@@ -2,10 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 
 import llvmlite.ir as ir
 import numpy as np
 
+from clearance.files.sources import digest_of_code
 from clearance.lanes import explicit_steps, lane_kernels, steps, stiff_steps, watch
 from clearance.lanes.code import Code, begin, callable_at, evaluated, new_module
 from clearance.lanes.folding import Folding
@@ -14,11 +17,14 @@ from clearance.lanes.rows import Entry, Piece, Rows
 from clearance.lanes.steps import Entries, Shape
 from clearance.mechanism.structure import Structure
 from clearance.stepping.state import SPOT_VALUES
+from clearance.stepping.types import DIGEST
 from clearance.tracing.elementary import INT32
 from clearance.tracing.ir import DOUBLE, INT64
 from clearance.tracing.lanes import Lanes
 from clearance.tracing.schedule import scheduled
 
+#: of all that pieces are traced from; `Code` adds those of tracing
+SOURCES = f"{digest_of_code(*sorted(Path(__file__).parent.glob('*.py')))} {DIGEST}"
 METHODS = {"radau5": stiff_steps, "dop853": explicit_steps}
 
 
@@ -96,7 +102,7 @@ def engine(
     width: int,
     folding: Folding,
 ) -> Engine:
-    """Trace and compile. channels: outputs that are looked at."""
+    """Trace and compile, unless the store has the code. channels: outputs that are looked at."""
     stepper = METHODS[method]
     rows = Rows()
     steps.add_rows(rows, shape)
@@ -104,6 +110,31 @@ def engine(
     watch.add_rows(rows, watched, stepper.HELD)
     rows.add("par", count=len(structure.layout.parameters) + structure.layout.derived)
     rows.add("work", count=structure.layout.work + 1)
+    write = partial(_module, structure, shape, watched, channels, stepper, width, folding, rows)
+    parts = shape, watch.text_of(watched, len(channels)), channels, method, width, rows.first
+    folded = np.array([*folding.numbers.items()]).tobytes().hex()
+    code = Code(write, " ".join([structure.digest, *map(repr, parts), folded, SOURCES]))
+    addresses = np.array([code.address(f"piece_{name}") for name in PIECES], dtype=np.int64)
+    return Engine(
+        width,
+        rows,
+        code,
+        addresses,
+        callable_at(code.address("rhs"), len(lane_kernels.ARRAYS)),
+    )
+
+
+def _module(
+    structure: Structure,
+    shape: Shape,
+    watched: watch.Watch,
+    channels: list[int],
+    stepper,
+    width: int,
+    folding: Folding,
+    rows: Rows,
+) -> ir.Module:
+    """Pieces and kernels."""
     n = shape.states
     entries = Entries(
         Entry("rhs", shape.size),
@@ -148,15 +179,7 @@ def engine(
     )
     copy(module, "piece_hold", dict(zip(held, sample, strict=True)), width)
     copy(module, "piece_spread", dict(zip(held, held, strict=True)), width, spread=True)
-    code = Code(module)
-    addresses = np.array([code.address(f"piece_{name}") for name in PIECES], dtype=np.int64)
-    return Engine(
-        width,
-        rows,
-        code,
-        addresses,
-        callable_at(code.address("rhs"), len(lane_kernels.ARRAYS)),
-    )
+    return module
 
 
 def copy(

@@ -2,20 +2,31 @@
 
 from collections.abc import Callable
 
+import llvmlite.ir as ir
 import numpy as np
 
 from clearance.lanes import lane_kernels
 from clearance.lanes.code import Code, callable_at, evaluated, natural_width, new_module
+from clearance.lanes.engine import SOURCES
 from clearance.run.force_hole import KERNELS, loads_of, met, numbers_of
+from clearance.tracing.emission import kernel_text
 
 
 class ForceHoles:
     """The check of a joint."""
 
     def __init__(self, joint):
-        loads, self.width, module = loads_of(joint), natural_width(), new_module()
-        lane_kernels.write(module, "scans", loads.program("scans"), self.width)
-        self.names, self.default, self.code = loads.names, numbers_of(joint), Code(module)
+        loads, self.width = loads_of(joint), natural_width()
+        self.names, self.default = loads.names, numbers_of(joint)
+        program = loads.program("scans")
+
+        def module() -> ir.Module:
+            module = new_module()
+            lane_kernels.write(module, "scans", program, self.width)
+            return module
+
+        about = f"{self.width} {kernel_text(program, {})} {SOURCES}"
+        self.code = Code(module, about)
         self.scans = callable_at(self.code.address("scans"), len(lane_kernels.ARRAYS))
 
     def met(

@@ -15,7 +15,7 @@ from clearance.files.sealed import digest_of_code
 from clearance.lanes import steps
 from clearance.lanes.steps import ARRIVED, FINISH, IDLE, ITERATE, PREPARE, START
 from clearance.machine.numba_record import Record, reader
-from clearance.machine.store import OPTIONS, cached, entry_caller, types
+from clearance.machine.store import OPTIONS, Entry, entry_caller, types
 from clearance.stepping import status
 from clearance.stepping.locating import CLOSER, EDGE, FREE, REACH, ROUNDS, SETTLED, parabola
 from clearance.stepping.types import DIGEST, INTEGERS, MATRIX, VECTOR, Whole, inline, int64, shared
@@ -684,4 +684,4 @@ def run(address):
 
 
 SOURCE = f"{digest_of_code(__file__, steps.__file__)} {DIGEST}"
-run = cached(run, types.int64(types.int64), SOURCE, pipeline_class=Whole, nogil=True, **OPTIONS)
+run = Entry(run, types.int64(types.int64), SOURCE, pipeline_class=Whole, **OPTIONS)

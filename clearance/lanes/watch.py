@@ -13,6 +13,7 @@ import numpy as np
 from clearance.lanes.rows import Piece, Rows
 from clearance.lanes.steps import Entries, Shape
 from clearance.stepping import control
+from clearance.tracing.emission import Program, kernel_text
 
 ROUGH = 45.0 * 3e-8  # 45 times the share of a sum that Simpson's rule may err by in a step
 
@@ -69,6 +70,20 @@ class Watch:
     tracks: tuple[int, ...]
     given: int
     own: int = 0
+
+
+def text_of(watch: Watch, count: int) -> str:
+    """All that the pieces take from a watch of so many outputs: its numbers, and the formulas of
+    its reductions.
+    """
+    piece = Piece(Rows(), None)
+    named = {"row": count, "given": watch.given, "numbers": watch.own}
+    inputs = ([piece.trace.load(f"{n}[{i}]") for i in range(k)] for n, k in named.items())
+    row, given, numbers = inputs
+    sums = {k: r.value(piece, row, given, numbers) for k, r in enumerate(watch.reductions)}
+    kinds = [(r.mean, r.stepped, r.timed) for r in watch.reductions]
+    about = watch.quantities, kinds, watch.tracks, named
+    return f"{about} {kernel_text(Program('sums', sums, {}), {})}"
 
 
 def add_rows(rows: Rows, watch: Watch, held: tuple[str, ...]) -> None:

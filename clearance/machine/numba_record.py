@@ -153,10 +153,8 @@ def packed(record: Record, values) -> np.ndarray:
     They hold no array alive. Raises ValueError for an array that is not in C order.
     """
     memory = values.memory
-    template, inside, others = _template(record, getattr(memory, "dtype", None))
-    words = template.copy()
-    if inside:
-        words[inside] += memory.ctypes.data
+    template, inside, others = _template(record, layout := getattr(memory, "dtype", None))
+    words = template.copy() if layout is None else template + inside * memory.ctypes.data
     for name, place in others:
         value = getattr(values, name)
         if isinstance(value, np.ndarray):
@@ -169,19 +167,19 @@ def packed(record: Record, values) -> np.ndarray:
 
 
 @cache
-def _template(record: Record, memory: np.dtype | None) -> tuple[np.ndarray, list[int], list[tuple]]:
-    """Words of a record whose memory begins at 0, places of those that move with it, and names and
-    places of what is not in it.
+def _template(record: Record, memory: np.dtype | None) -> tuple[np.ndarray, np.ndarray, list]:
+    """Words of a record whose memory begins at 0; 1 for those that move with it, 0 for others;
+    names and places of what is not in it.
     """
     words = np.zeros(sum(1 + getattr(kind, "ndim", 0) for kind in record.fields.values()), np.int64)
-    inside, others, fields = [], [], memory.fields if memory else {}
+    inside, others, fields = np.zeros_like(words), [], memory.fields if memory else {}
     for name, place in record.places.items():
         if name == "memory" and memory:
-            inside.append(place)
+            inside[place] = 1
         elif name in fields:
             kind, offset = fields[name]
             words[place : place + 1 + len(kind.shape)] = offset, *kind.shape
-            inside.append(place)
+            inside[place] = 1
         else:
             others.append((name, place))
     return words, inside, others

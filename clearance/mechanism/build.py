@@ -30,6 +30,7 @@ _built: dict[tuple, "Mechanism"] = {}  # of the latest scenes
 TURN = 2.0 * math.pi
 ROUNDING = 1e-9  # of a turn
 MOST_BUILT = 4
+MOST_REMEMBERED = 16  # entries of the memory of a scene
 #: what follows from a scene and is looked up once for all runs of it
 SHARED = ("spots", "reach", "frequency", "energy", "acceleration", "scale")
 SHARED += ("offsets", "places", "share", "turning", "opens", "memory")
@@ -96,6 +97,22 @@ class Mechanism:
     def memory(self) -> dict:
         """Numbers that follow from the scene alone, as runs have worked them out."""
         return {}
+
+    def remembered(self, key: tuple, make: Callable):
+        """An entry of the memory, which follows from the scene and the key: made once, as long as
+        there are few.
+        """
+        if (entry := self.memory.get(key)) is None:
+            if len(self.memory) >= MOST_REMEMBERED:
+                self.memory.clear()
+            entry = self.memory[key] = make()
+        return entry
+
+    @property
+    def own(self) -> bytes:
+        """Its numbers that may change from run to run: all but those of tables."""
+        par = self.par[: len(self.layout.parameters) + self.layout.derived]
+        return b"".join(numbers.tobytes() for numbers in (par, self.y0, self.work0))
 
     @cached_property
     def reach(self) -> np.ndarray:

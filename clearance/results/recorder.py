@@ -6,6 +6,8 @@ pieces as they come (layout in result.py). Ranges and the energy ledger are thos
 whichever a sink keeps. A `LedgerWatch` judges the energy ledger stretch by stretch.
 """
 
+from functools import cached_property
+
 import numpy as np
 
 from clearance.elements.regimes import Regime, regime
@@ -108,16 +110,10 @@ class Recorder:
     def __init__(self, channels: list, sink, stepped: bool = False, floor: float = 0.0):
         self.channels, self.sink, self.stepped = channels, sink, stepped
         self.place = {c.path: i for i, c in enumerate(channels)}
-        self.angles = [
-            (i, self.place[c.path.replace("theta", "omega")])
-            for i, c in enumerate(channels)
-            if c.wrapped
-        ]
         self.balance, self.kinetic = (
             self.place.get("energy/residual"),
             self.place.get("energy/kinetic"),
         )
-        self.jointed = [p.rpartition("/")[0] for p in self.place if p.endswith("/force_x")]
         self.last: tuple[float, np.ndarray] | None = None
         self.zero = 0.0
         self.low, self.high = np.full(len(channels), np.inf), np.full(len(channels), -np.inf)
@@ -130,6 +126,12 @@ class Recorder:
         ]
         if self.balance is not None:
             self.ledger = LedgerWatch(floor)
+
+    @cached_property
+    def angles(self) -> list[tuple[int, int]]:
+        """Places of angles that are made continuous, and of their rates."""
+        angles = ((i, c.path) for i, c in enumerate(self.channels) if c.wrapped)
+        return [(i, self.place[path.replace("theta", "omega")]) for i, path in angles]
 
     def samples(self, times: np.ndarray, rows: np.ndarray) -> None:
         """Append output rows."""
@@ -261,8 +263,7 @@ class Recorder:
 
     def _know_extremes(self, extremes: Extremes | None, quantity: str, fact: str) -> None:
         """Extremes of the entire run as attributes of the joints, with their times."""
-        for group in self.jointed if extremes else ():
-            if f"{group}/{quantity}" in extremes and (
-                extreme := extremes.of(f"{group}/{quantity}")
-            ):
-                self.add_facts(group, **{fact: extreme.value, f"{fact}_time": extreme.time})
+        for name in extremes.columns if extremes else ():
+            group, _, its = name.rpartition("/")
+            if its == quantity and f"{group}/force_x" in self.place and (at := extremes.of(name)):
+                self.add_facts(group, **{fact: at.value, f"{fact}_time": at.time})

@@ -2,7 +2,7 @@
 time, contacts, angles, energies.
 """
 
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -21,18 +21,13 @@ COLUMNS = [places.CHANNEL, places.PAIRED, places.SIGN, places.JOINT]
 #: times rtol^(5/6): error of a polynomial without its oldest place that calls for inner places,
 #: over the mean of the integrand. In runs with impacts, which err by more, it is ten times as much
 LIMIT, IMPACTS = 2.0, 10.0
-MOST_KEPT = 8  # lengths of runs of a scene
 FORMS = {"square": places.SQUARE, "pair": places.PAIR}
 
 
 def watched_of(mechanism: Mechanism, until: float, outputs: bool) -> "Watched":
     """The watched outputs of a run, those of an earlier run of the scene where it was as long."""
-    key, memory = ("watched", until, outputs), mechanism.memory
-    if key not in memory:
-        if len(memory) > MOST_KEPT:
-            memory.clear()
-        memory[key] = Watched(mechanism, until, outputs)
-    return memory[key]
+    make = partial(Watched, mechanism, until, outputs)
+    return mechanism.remembered(("watched", until, outputs), make)
 
 
 class Watched:

@@ -75,10 +75,7 @@ class Run:
         self.budget = SLOW_BUDGET if online else BUDGET
         self.loop = import_module("clearance.stepping.loop")
         self.watched = watched_of(mechanism, span.until, outputs)
-        self.state = self._new_state()
-        self.watched.install(self.state, self.solver.rtol)
-        self.method.use(self.method.current)
-        self.take_numbers()
+        self._begin()
         self.observers: list[observers.Observer] = [observers.Kinks(self)]
         self.changes: list[tuple[float, dict[str, float]]] = []  # times and changes so far
         self.wall, self.cpu, self.contact_count, self.code = 0.0, 0.0, 0, status.RUNNING
@@ -90,6 +87,24 @@ class Run:
         self.wearing = None  # the observer that sums wear, where some joint wears
         self.dead_centre: DeadCentre | None = None  # of a loop, once the run has failed there
         self.warned = True  # its record has warnings
+
+    def _begin(self) -> None:
+        """Stand at the start, as an earlier run of the scene did that had the same numbers."""
+        mechanism, method = self.mechanism, self.method
+        about = mechanism.own, self.span, self.solver, self.outputs, mechanism.structure.together
+        sizes, head, roles, links = mechanism.remembered(("begun", *about), self._begun)
+        self.state = State(**sizes)
+        self.state.head[:] = head
+        method.roles, method.links = roles, links | {"together": np.zeros_like(links["together"])}
+        self.state.connect(mechanism.par, **method.links)
+
+    def _begun(self) -> tuple[dict, np.ndarray, list[str], dict]:
+        """Sizes and numbers of a state at the start, roles and links of its method."""
+        self.state = self._new_state()
+        self.watched.install(self.state, self.solver.rtol)
+        self.method.use(self.method.current)
+        self.take_numbers()
+        return self.state.sizes, self.state.head.copy(), self.method.roles, self.method.links
 
     def _new_state(self) -> State:
         """The state at the start, without numbers, with room for its stepper."""

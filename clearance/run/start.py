@@ -5,6 +5,7 @@ one.
 import math
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -37,7 +38,7 @@ def end_state(
     return {
         "names": mechanism.layout.names,
         "values": y[: mechanism.size],
-        "sizes": _own_sizes(mechanism),
+        "sizes": mechanism.remembered(("own sizes",), partial(_own_sizes, mechanism)),
         "carried": _carried(mechanism, work),
         "driven_names": list(driven),
         "driven_values": np.array(list(driven.values())),

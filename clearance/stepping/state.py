@@ -246,6 +246,11 @@ class State:
         else:
             super().__setattr__(name, value)
 
+    @property
+    def head(self) -> np.ndarray:
+        """The bytes of all numbers and arrays but those of output."""
+        return self.memory.reshape(1).view(np.uint8)[: self.memory.dtype.fields["times"][1]]
+
     def resized(self, **sizes: int) -> "State":
         """The same numbers and arrays; those that change their size, and output that is in use
         nowhere, all zero.

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import ClassVar
 
 import numba
 from numba.core import event as events
@@ -27,6 +28,7 @@ from clearance.values import spots
 
 LOG = logging.getLogger("clearance")
 COMPILING = "compiling: the time loop, once for each installation and method (some ten seconds)"
+IN_LANES = "compiling: the time loop in lanes, once for each installation (some ten seconds)"
 #: versions of numba that the tests ran with; others are tried all the same
 TESTED = ("0.62", "0.68")
 try:
@@ -110,14 +112,13 @@ def pasted(function):
 class Announcer(events.Listener):
     """Numba calls it before it compiles a function, not where it loads a cached one."""
 
-    def __init__(self):
-        self.done = False
+    waiting: ClassVar = {"stepping": COMPILING, "lanes": IN_LANES}
 
     def on_start(self, event) -> None:
-        """Log the line, the first time that a function of the loop is compiled."""
-        if event.data["dispatcher"].py_func.__module__.startswith(__package__) and not self.done:
-            self.done = True
-            LOG.info(COMPILING)
+        """Log a line, the first time in a process that a function of a folder is compiled."""
+        package, folder, *_ = (event.data["dispatcher"].py_func.__module__ + "..").split(".")
+        if package == "clearance" and (text := self.waiting.pop(folder, "")):
+            LOG.info(text)
 
     def on_end(self, event) -> None:
         """Required by numba."""

@@ -1,5 +1,7 @@
 """This code beside an earlier commit: `python tests/benchmarks/pairs.py COMMIT [--update]`.
 
+The table of a commit stands at a mark of its own, `<!-- costs beside COMMIT -->`.
+
 COMMIT: a commit of this repository, which is checked out beside it, or the folder of a checkout.
 Some forty workloads: bare loops, calls, points of every model and way, commands, memory, imports,
 sizes of files. CPU seconds of fresh processes, their children counted, each checkout with a store
@@ -7,7 +9,8 @@ and a numba cache of its own. The two take turns, and the one that begins altern
 median of before over now of the pairs, which other work on the machine hardly changes. Pieces of a
 process, such as a loop, are the least of several in it. Where the store must be empty there are
 fewer pairs. What the earlier commit does not have is left out. It ends with status 1 where a ratio
-is below --least. `--only WORD` takes the rows that have the word. Without COMMIT: seconds alone.
+is below --least. `--only WORDS` takes the rows that have one of the words, between commas. Without
+COMMIT: seconds alone.
 """
 
 import math
@@ -25,7 +28,8 @@ from pathlib import Path
 
 from publishing import publish, require
 
-MARK = "<!-- cost table -->"
+#: of the table beside a commit
+MARK = f"<!-- {' '.join(['costs beside', *sys.argv[1:2]])} -->"
 HERE = Path(__file__).resolve().parent.parent.parent
 #: what a copy of a checkout does without: an installation would leave its parts there
 BESIDE = (".git", ".venv", "build", "*.egg-info", "__pycache__", ".*_cache")
@@ -314,15 +318,19 @@ def paired(rows: dict[str, Row], checkouts: list[Checkout], turn: int) -> dict[s
     return seconds
 
 
-def measured(roots: list[Path], pairs: int, cold: int, word: str) -> dict[str, list[list[float]]]:
+def measured(
+    roots: list[Path], pairs: int, cold: int, words: list[str]
+) -> dict[str, list[list[float]]]:
     """All pairs of seconds of each row; the first pair with a warm store is not counted."""
-    warm, chilly = ({n: r for n, r in rows.items() if word in n} for rows in (WARM, COLD))
+    warm, chilly = (
+        {n: r for n, r in rows.items() if any(word in n for word in words)} for rows in (WARM, COLD)
+    )
     result: dict[str, list[list[float]]] = {}
     with tempfile.TemporaryDirectory() as folder:
         for turn in range(cold):
             every = [Checkout(r, tempfile.mkdtemp(dir=folder)) for r in roots]
             for name, seconds in paired(COLD if chilly else {}, every, turn).items():
-                if name.startswith(("first", "new")) and word in name:
+                if name.startswith(("first", "new")) and name in chilly:
                     result.setdefault(name, []).append(seconds)
         every = [Checkout(r, tempfile.mkdtemp(dir=folder)) for r in roots]
         for turn in range(pairs + 1):
@@ -387,7 +395,7 @@ def table(chosen) -> list[str]:
     """Work of this code, and of an earlier one beside it; ratios below the least are missed."""
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         roots = [stack.enter_context(checked_out(n, folder)) for n in chosen.names[:1]] + [HERE]
-        result = measured(roots, chosen.pairs, chosen.cold, chosen.only)
+        result = measured(roots, chosen.pairs, chosen.cold, chosen.only.split(","))
         text = lines(roots, result)
     for name, each in ratios(result).items():
         middle = statistics.median(each)
@@ -403,6 +411,6 @@ if __name__ == "__main__":
         names=([], "commit, or folder of a checkout, to measure beside this code"),
         pairs=(7, "with a warm store"),
         cold=(3, "pairs with an empty store"),
-        only=("", "rows with this word"),
+        only=("", "words, between commas: rows with one of them"),
         least=(0.95, "ratio that is no failure"),
     )

@@ -2,13 +2,17 @@
 loop.
 """
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.lanes import code, lane_kernels
+from clearance.lanes import code, engine, lane_kernels
 from clearance.lanes.code import Code, callable_at, evaluated, new_module
 from clearance.lanes.folding import Folding
+from clearance.lanes.group import Group
+from clearance.lanes.watch import Quantity, Reduction, Watch
 from clearance.mechanism.build import build
 from clearance.tracing.emission import Program
 from clearance.tracing.trace import Trace
@@ -70,6 +74,46 @@ def test_machine_code_stays_in_the_store(tmp_path, monkeypatch):
     assert len(compiled) == 2
     np.testing.assert_array_equal(results[0], results[1])
     np.testing.assert_allclose(results[2], results[0][:, :2], rtol=1e-12, atol=1e-12)
+
+
+def grouped(*, restitution=0.8, table=1.0, film=False, factor=1.0, width=2, part=None, **watched):
+    """A group of runs of a slider-crank that share all numbers, or a part of them."""
+    options = {"model": "lubricated"} if film else {"model": "dry", "restitution": restitution}
+    mechanism = build(cl.load_case("slider_crank", **options))
+    head = len(mechanism.layout.parameters) + mechanism.layout.derived
+    mechanism.par[head:] *= table
+    value = partial(lambda c, p, row, given, numbers: c * row[0], factor)
+    kinds = {n: watched.pop(n) for n in ("stepped", "mean") if n in watched}
+    tracks, channel = watched.pop("tracks", ()), watched.pop("channel", 0)
+    quantity = Quantity(0, **{"paired": False, "sign": 1.0} | watched)
+    watch = Watch((quantity,), (Reduction(value, **kinds),), tracks, 0)
+    about = mechanism, "radau5" if film else "dop853", 1e-6, 2, watch, [channel]
+    return Group(*about, np.zeros((0, 2)), width, range(len(mechanism.layout.parameters))[:part])
+
+
+@pytest.mark.slow
+def test_the_name_of_machine_code_has_all_that_it_is_made_from(monkeypatch):
+    """Groups that differ in one number, output, sum, table or width have modules that differ, and
+    so do their names. The same group has its name again.
+    """
+    seen = []
+
+    class Noted:
+        def __init__(self, module, about):
+            seen.append((about, str(module())))
+
+        def address(self, name):
+            return 0
+
+    monkeypatch.setattr(engine, "Code", Noted)
+    changes = [{"restitution": 0.9}, {"factor": 3.0}, {"width": 4}, {"part": 5}, {"channel": 1}]
+    changes += [{"sign": -1.0}, {"always": True}, {"searched": False}, {"tracks": (0,)}]
+    changes += [{"stepped": True}, {"mean": False}, {"film": True}, {"film": True, "table": 1.01}]
+    for change in ({}, *changes, {}):
+        grouped(**change)
+    assert seen[0] == seen[-1]
+    for names in zip(*seen[:-1], strict=True):
+        assert len(set(names)) == len(changes) + 1
 
 
 @pytest.mark.parametrize("role", ["rhs", "observe", "jacobian"])

@@ -13,20 +13,22 @@ from numba.core.targetconfig import TargetConfig
 
 from clearance.machine import store
 from clearance.machine.numba_passes import Part, Whole
-from clearance.stepping.types import COMPILING, TESTED, announced
+from clearance.stepping.types import COMPILING, IN_LANES, TESTED, Announcer, announced
 from tests.typed import python
 
 
-def test_compiling_the_time_loop_is_announced_once(caplog):
-    """Two functions of the package `stepping` compile while one announcement lasts; other packages'
-    do not count.
+def test_compiling_the_time_loop_is_announced_once(caplog, monkeypatch):
+    """Two functions of the package `stepping` compile, and one of `lanes`: a line for each package,
+    none for others.
     """
+    monkeypatch.setattr(Announcer, "waiting", {"stepping": COMPILING, "lanes": IN_LANES})
     modules = "clearance.stepping.loop", "clearance.stepping.radau5", "elsewhere"
+    modules = *modules, "clearance.lanes.queue"
     with caplog.at_level(logging.INFO, "clearance"), announced():
         for module in modules:
             added = eval("lambda x: x + 1.0", {"__name__": module})
             assert numba.njit(added)(1.0) == 2.0
-    assert [r.message for r in caplog.records] == [COMPILING]
+    assert [r.message for r in caplog.records] == [COMPILING, IN_LANES]
 
 
 def _caller_and_helper():
