@@ -8,7 +8,7 @@ from pathlib import Path
 import llvmlite.ir as ir
 import numpy as np
 
-from clearance.files.sources import digest_of_code
+from clearance.files.sealed import digest_of_code
 from clearance.lanes import explicit_steps, lane_kernels, steps, stiff_steps, watch
 from clearance.lanes.code import Code, begin, callable_at, evaluated, new_module
 from clearance.lanes.folding import Folding
