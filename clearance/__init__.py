@@ -36,11 +36,11 @@ ACCESSORS |= {
     "cell": "clearance.postprocess.cells:cell",
     "live": "clearance.postprocess.live:live",
     "ideal_turn": "clearance.simulation:ideal_turn",
-    "to_csv": "clearance.metrics.tables:to_csv",
-    "to_mat": "clearance.metrics.tables:to_mat",
-    "to_latex": "clearance.metrics.tables:to_latex",
+    "to_csv": "clearance.postprocess.tables:to_csv",
+    "to_mat": "clearance.postprocess.tables:to_mat",
+    "to_latex": "clearance.postprocess.tables:to_latex",
     "metrics": "clearance.metrics.metrics:metrics",
-    "citations": "clearance.metrics.citations:citations",
+    "citations": "clearance.postprocess.citations:citations",
     "view": "clearance.postprocess.view:view",
     "plot_fit": "clearance.postprocess.scene_fits:picture",
     "plot_optimum": "clearance.postprocess.optima:picture",
@@ -105,6 +105,10 @@ _MOVED = {
 }
 
 
+#: packages that lie beside this one in a checkout
+_FOLDERS = tuple(f"clearance.{n}" for n in ("cases", "postprocess", "studies", "paper_figures"))
+
+
 class _Moved:
     """Loads a module by its path of before."""
 
@@ -124,7 +128,7 @@ class _Beside:
 
     @staticmethod
     def find_spec(name: str, path=None, target=None):
-        if name in ("clearance.cases", "clearance.postprocess", "clearance.paper_figures"):
+        if name in _FOLDERS:
             return PathFinder.find_spec(name, [dirname(__file__), dirname(dirname(__file__))])
         return ModuleSpec(name, _Moved) if name in _MOVED else None
 

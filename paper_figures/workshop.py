@@ -34,7 +34,7 @@ from clearance.sweeping.points import Points
 
 FOLDER = Path(__file__).parent
 #: folders that are installed into the package
-BESIDE = ("cases", "postprocess", "paper_figures")
+BESIDE = ("cases", "postprocess", "studies", "paper_figures")
 #: modules of this folder that draw nothing themselves
 SHARED = (
     "__init__",
@@ -66,7 +66,7 @@ TIMED = "measured"
 #: none.
 PARTS = ("Group", "Answers", "Reproduced", "Assumed", "Not comparable")
 #: packages on whose sources no result depends
-WITHOUT_PHYSICS = ("commands", "studies")
+WITHOUT_PHYSICS = ("commands",)
 
 
 def names() -> list[str]:

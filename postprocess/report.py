@@ -42,8 +42,8 @@ from clearance.postprocess.sweep_report import sweep_page
 from clearance.postprocess.tornado import tornado
 
 from clearance.metrics.assumptions import assumptions
-from clearance.metrics.elastic import ELASTIC, elastic_state
 from clearance.metrics.metrics import Metric, Window, metrics, startup
+from clearance.metrics.summary import ELASTIC, elastic_state
 from clearance.results.reading import Damaged
 from clearance.results.result import Result, open_result
 from clearance.sweeping.index import Sweep, open_sweep

@@ -25,7 +25,7 @@ def _short(fact: object) -> str:
 
 def run(options) -> int:
     """Print what both runs do not share, then the numbers that both have."""
-    from clearance.metrics.tables import changed_facts, differences
+    from clearance.postprocess.tables import changed_facts, differences
     from clearance.results.result import open_result
 
     with open_result(existing(options.first)) as one, open_result(existing(options.second)) as two:

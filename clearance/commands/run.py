@@ -405,7 +405,7 @@ def _joint_line(joint: dict) -> str:
         shares = (f"{text} {joint[n]:.0%}" for n, text in SHARES.items() if joint[n] >= 0.005)
         parts += [*shares, f"{joint['mean_asperity_share']:.0%} of the load on the solids"]
     if "moes_load" in joint:
-        from clearance.metrics.elastic import regime_of
+        from clearance.metrics.summary import regime_of
 
         regime = regime_of(joint["moes_load"], joint.get("piezoviscous_number", 0.0))
         numbers = f"M {joint['moes_load']:.2g}, L {joint['moes_material']:.2g} ({regime})"

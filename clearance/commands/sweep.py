@@ -414,8 +414,8 @@ def _reason(result, i: int) -> dict:
 
 def readable(document: dict, first: tuple[str, ...] = ()) -> list[str]:
     """Lines of a summary; first: ends of the names of metrics that stand before the others."""
+    from clearance.sweeping.journal import Ways
     from clearance.sweeping.points import in_words
-    from clearance.sweeping.ways import Ways
 
     d = document
 

@@ -1,17 +1,27 @@
-"""Definition of a sweep: its case, points and options, stored as `sweep.json` in its directory."""
+"""Definition of a sweep: its case, points and options, stored as `sweep.json` in its directory.
+
+It has the regimes of the joints too: the thresholds that all points share.
+"""
 
 import hashlib
 import json
 import math
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from clearance.files.locks import replacing
 from clearance.files.texts import brief, check_kinds, signed, signed_document, text_of
 from clearance.files.texts import digest as digest
+from clearance.scene.catalogue import find_case
+from clearance.scene.scene import Scene
 from clearance.sweeping.points import Points, in_words, spread_out
+from clearance.values.spots import THRESHOLDS
 
 FEWEST = 24  # points that are worth machine code of their own
 FORMAT = "clearance-sweep"
@@ -228,3 +238,41 @@ def _is_row(value: object, *kinds: type) -> bool:
     return (
         isinstance(value, list) and len(value) == len(kinds) and all(map(isinstance, value, kinds))
     )
+
+
+def regimes(definition: Definition) -> dict[str, dict[str, float]]:
+    """For each joint with a transition its roughness [m] and thresholds [-], by name.
+
+    Numbers that differ between points are absent: scenes at the ends of each swept number are
+    compared, and one of each text. Points that cannot be built do not count.
+    """
+    case, shared = find_case(definition.path), None
+    for index in _ends(definition):
+        with suppress(ValueError, TypeError):
+            numbers = _numbers(case.scene(**definition.values(index)))
+            shared = numbers if shared is None else shared & numbers
+            if not shared:
+                return {}
+    joints: dict[str, dict[str, float]] = {}
+    for joint, name, value in sorted(shared or ()):
+        joints.setdefault(joint, {})[name] = value
+    return joints
+
+
+def _ends(definition: Definition) -> Iterator[int]:
+    """Points with the first and last value of each swept number, and with each text."""
+    yield 0
+    for column in map(np.array, definition.points.columns.values()):
+        places = np.unique(column, return_index=True)[1].tolist()
+        yield from (places[0], places[-1]) if column.dtype.kind in "if" else places
+
+
+def _numbers(scene: Scene) -> set[tuple[str, str, float]]:
+    """Joint, name and value of the roughness and thresholds of all its transitions."""
+    return {
+        (joint.name, name, float(value))
+        for joint in scene.joints
+        if (law := getattr(joint, "transition", None)) is not None
+        for name, value in (law.values | {"roughness": joint.roughness}).items()
+        if name in (*THRESHOLDS, "roughness") and value is not None
+    }

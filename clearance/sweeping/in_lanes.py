@@ -31,9 +31,8 @@ from clearance.scene.scene import Scene
 from clearance.simulation import prepare
 from clearance.stepping import status
 from clearance.sweeping.definition import FEWEST, Definition
-from clearance.sweeping.journal import DONE, Outcome
+from clearance.sweeping.journal import DONE, Outcome, Ways
 from clearance.sweeping.requested import Ladder, Reached
-from clearance.sweeping.ways import Ways
 from clearance.values.spots import BLENDED
 
 EXACT = 1e-12  # share within which numbers of the starts are the same

@@ -22,8 +22,7 @@ from clearance.results.result import Result, open_result
 from clearance.results.tables import Table, save_tables
 from clearance.sweeping import definition as definitions
 from clearance.sweeping import journal as journals
-from clearance.sweeping.journal import DONE, FAILED, Block, Outcome
-from clearance.sweeping.ways import Ways
+from clearance.sweeping.journal import DONE, FAILED, Block, Outcome, Ways
 from clearance.values.accessors import Drawn
 from clearance.values.spelling import ByName
 

@@ -38,16 +38,13 @@ from clearance.scene.catalogue import AnyCase, case_with, find_case
 from clearance.scene.parameter import wanted
 from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
-from clearance.sweeping.definition import FEWEST, Definition
+from clearance.sweeping.definition import FEWEST, Definition, regimes
 from clearance.sweeping.index import MISSING, Sweep, standing
-from clearance.sweeping.journal import ALONE, DONE, FAILED, LOST, WAITING, Journal, Outcome
+from clearance.sweeping.journal import ALONE, DONE, FAILED, LOST, WAITING, Journal, Outcome, Ways
 from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.points import Points, plain
-from clearance.sweeping.regimes import regimes
-from clearance.sweeping.sloping import sensing_of
 from clearance.sweeping.teams import Dask, Processes, prepare_start
-from clearance.sweeping.ways import Ways
-from clearance.sweeping.worker import NO_SPACE, files_of, load_function, run_lanes
+from clearance.sweeping.worker import NO_SPACE, files_of, load_function, run_lanes, sensing_of
 from clearance.values import checks
 
 LOG = logging.getLogger("clearance.sweep")

@@ -1,4 +1,7 @@
-"""Running one point of a sweep, in any process that sees the sweep's directory."""
+"""Running one point of a sweep, in any process that sees the sweep's directory.
+
+Sensitivities of a point are metrics <metric>_by_<parameter>, with their stated errors.
+"""
 
 import json
 import logging
@@ -7,11 +10,11 @@ from collections.abc import Callable
 from functools import lru_cache, partial
 from pathlib import Path
 
-from clearance.accuracy.by_differences import Sensing
+from clearance.accuracy.by_differences import Impossible, Sensing, reason_without
 from clearance.accuracy.point_errors import Stating
 from clearance.metrics.metrics import Metric, own
 from clearance.metrics.of_points import of_point
-from clearance.results.memory import Memory
+from clearance.results.memory import Memory, MemoryRecord
 from clearance.results.record import Record
 from clearance.results.short_file import ShortFile
 from clearance.results.stream import FULL
@@ -27,7 +30,42 @@ from clearance.sweeping import definition as definitions
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.index import checked
 from clearance.sweeping.journal import DONE, FAILED, LOST, Outcome
-from clearance.sweeping.sloping import columns, sensing_of
+
+#: options of a run that those with varied parameters have too
+KEPT = ("energy", "max_step")
+
+
+def sensing_of(definition: Definition, scene: Scene) -> Sensing | None:
+    """Sensitivities of a point, None where none are requested. Raises ValueError."""
+    if (request := definition.options.get("sensitivity")) is None:
+        return None
+    options_of_all = {n: v for n, v in definition.options.items() if n in KEPT}
+
+    def prepared(varied: Scene, **options) -> Run:
+        return prepare(varied, **options_of_all, **options)
+
+    def summed(run: Run, record: MemoryRecord) -> dict[str, Metric]:
+        ideal = ideal_motion(run.mechanism.scene, run.span, record.scene)
+        return of_point(record, definition.settle, ideal)
+
+    return Sensing(scene, request, prepared, definition.settle, summed)
+
+
+def columns(sensing: Sensing, run: Run) -> tuple[dict[str, Metric], str]:
+    """Sensitivities of a run that has come to its end and their errors; why there are none."""
+    if reason := reason_without(run):
+        return {}, reason
+    try:
+        sensitivities = sensing.of(run)
+    except (Impossible, ValueError) as reason:
+        return {}, str(reason)
+    metrics = {}
+    for (metric, parameter), s in sensitivities.items():
+        name, text = f"{metric}_by_{parameter.replace('/', '_')}", f"{metric} by {parameter}"
+        metrics[name] = Metric(s.value, s.units, f"derivative of {text}")
+        metrics[f"{name}_error"] = Metric(s.error, s.units, f"stated error: derivative of {text}")
+    return metrics, ""
+
 
 NO_SPACE = "no space left for its file"
 RESERVED = ("status", "reason")

@@ -12,8 +12,7 @@ import numpy as np
 from clearance.laws.law import FilmJoint
 from clearance.laws.outline import LINE, NODES, STEP, touching
 from clearance.machine.store import compiled
-from clearance.wearing.replay import replay
-from clearance.wearing.rough import carried, pressure_at, replay_rough
+from clearance.wearing.replay import carried, pressure_at, replay, replay_rough
 
 LIGHT = 1e-6  # of the strength of asperities: pressures whose journal swims in its film
 MANY = 100  # steps of a jump

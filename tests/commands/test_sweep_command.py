@@ -10,7 +10,7 @@ import pytest
 import clearance as cl
 from clearance.commands import sweep as command
 from clearance.lanes.code import natural_width
-from clearance.sweeping.ways import Ways
+from clearance.sweeping.journal import Ways
 
 QUICK = "--turns 1 --samples-per-turn 40 --rtol 1e-5 --workers 2"
 FILM = "-p model=lubricated -p film=pinkus_sternlicht"

@@ -10,11 +10,11 @@ import pytest
 from scipy.optimize import brentq
 
 import clearance as cl
-from clearance.elements.clearance_prismatic import CORNERS
 from clearance.mechanism.build import build
 from clearance.metrics.metrics import metrics
 from clearance.scene.scene import idealised
 from clearance.simulation import prepare
+from clearance.values.spots import CORNERS
 from tests import mechanisms as m
 from tests.augmented import IMPACT, Augmented
 from tests.mechanism.test_mechanics import absolute

@@ -20,7 +20,7 @@ LAYERS = [
     ["clearance", *(f"clearance.{name}" for name in PEOPLE), *PEOPLE],
 ]
 #: folders beside the package that are installed into it
-BESIDE = ("cases", "postprocess", "paper_figures")
+BESIDE = ("cases", "postprocess", "studies", "paper_figures")
 MODULES = [p for folder in ("clearance", *BESIDE) for p in sorted((ROOT / folder).rglob("*.py"))]
 ONLY_IN = {
     "numba": {
@@ -28,13 +28,13 @@ ONLY_IN = {
         "clearance.machine.numba_passes",
         "clearance.machine.numba_record",
         "clearance.stepping.types",
-        "clearance.studies.peers",
+        "studies.peers",
     },
     "skfem": {"clearance.film.fem"},
     "scipy": {
         "clearance.metrics.statistics",
-        "clearance.metrics.tables",
-        "clearance.studies.peers",
+        "postprocess.tables",
+        "studies.peers",
         "clearance.film.coefficients",
         "clearance.film.fem",
         "clearance.sweeping.points",
@@ -250,7 +250,7 @@ def test_laws_import_only_math():
 #: folders that pictures and pages take from
 READ = ("values", "files", "results", "metrics")
 #: beside them: what reads directories of sweeps and lives, measurements and fits; bearings of
-#: films; names of corners and modes, as files have them
+#: films; the version that is cited
 READERS = {
     "clearance.sweeping.definition",
     "clearance.sweeping.index",
@@ -262,7 +262,7 @@ READERS = {
     "clearance.identify.designs",
     "clearance.identify.scene_parameters",
     "clearance.film.bearing",
-    "clearance.elements.clearance_prismatic",
+    "clearance.version",
 }
 
 
@@ -291,7 +291,7 @@ def test_functions_stay_short():
 
 #: names of locals and parameters that would fit anything
 VAGUE = {"found", "own", "said", "known", "told", "kept", "whole"}
-FOLDERS = ("clearance", "cases", "postprocess", "paper_figures", "docs", "tests")
+FOLDERS = ("clearance", "cases", "postprocess", "studies", "paper_figures", "docs", "tests")
 
 
 def vague_names(code: str) -> list[str]:

@@ -7,7 +7,7 @@ import pytest
 import clearance as cl
 from clearance.files.texts import signed
 from clearance.sweeping import definition as definitions
-from clearance.sweeping.regimes import regimes
+from clearance.sweeping.definition import regimes
 from clearance.sweeping.sweep import define
 
 MIXED = {"model": "mixed", "joints": "B,C", "roughness": 1e-6}

@@ -5,13 +5,13 @@ import re
 
 import numpy as np
 import pytest
+from clearance.postprocess.citations import _fields
+from clearance.postprocess.tables import _with_error, differences
 from scipy.io import loadmat
 
 import clearance as cl
 from clearance.commands.diff import _short
 from clearance.identify.measured import read
-from clearance.metrics.citations import _fields
-from clearance.metrics.tables import _with_error, differences
 
 SLIDER = ["bodies/slider/*"]
 
@@ -131,7 +131,7 @@ def test_users36_citations_of_what_a_run_used():
 
 def test_users36_every_law_has_a_source_that_can_be_cited():
     """Of the laws of contact, friction, film and asperities, which papers cite."""
-    from clearance.metrics.citations import _sources
+    from clearance.postprocess.citations import _sources
 
     families = (cl.contact, cl.friction, cl.bristle, cl.asperity, cl.transition)
     named = {n: getattr(cl, n) for n in cl.laws.__all__}
