@@ -6,6 +6,7 @@ from pathlib import Path
 
 from clearance.exporting.model import Model
 from clearance.stepping import control, rodas5p, tableaus
+from clearance.stepping.state import SPOT_VALUES
 from clearance.tracing.c_text import KERNEL, CWriter, value
 from clearance.tracing.emission import called
 from clearance.tracing.schedule import scheduled
@@ -62,6 +63,7 @@ def header(model: Model) -> str:
         "LENGTH": layout.length,
         "DRIVEN": len(model.driven),
         "SPOTS": len(layout.spots),
+        "SPOT_VALUES": SPOT_VALUES,
         "WORK": layout.work,
         "COMMITS": layout.commits,
         "NUMBERS": len(layout.parameters) + layout.derived,
@@ -98,7 +100,7 @@ def source(model: Model) -> str:
     lines = [line for f in functions for line in writer.function(f)]
     sizes = {
         "rhs": layout.length,
-        "events": 2 * len(layout.spots),
+        "events": SPOT_VALUES * len(layout.spots),
         "observe": len(layout.channels),
         "jacobian": layout.states**2,
     }

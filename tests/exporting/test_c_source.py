@@ -8,6 +8,7 @@ import pytest
 
 import clearance as cl
 from clearance.exporting.model import Model
+from clearance.stepping.state import SPOT_VALUES
 from clearance.tracing import ir, kernels
 from tests.exporting.compiled import SCENES, STRICT, call, compiled, random_states
 from tests.random_scenes import draw
@@ -22,7 +23,7 @@ def entries(model):
     return {
         "rhs": layout.length,
         "jacobian": layout.states**2,
-        "events": 2 * len(layout.spots),
+        "events": SPOT_VALUES * len(layout.spots),
         "observe": len(layout.channels),
     }
 

@@ -8,11 +8,19 @@ from fmpy.validation import validate_fmu
 
 import clearance as cl
 from clearance.exporting import unit
+from clearance.exporting.check import checked
 from clearance.exporting.model import Model
 from tests.exporting.compiled import SCENES, get, opened, put, random_places, rates
 from tests.seeds import few_of
 
 C = 1e-4  # clearance of the feeder [m]
+#: scenes with several spots of contact, and how long they run [s]
+SEVERAL = [
+    ("six_bar_feeder", {"model": "mixed", "joints": "B,C,E"}, 0.05),
+    ("six_bar_feeder", {"model": "dry", "joints": "B,C,E"}, 0.005),
+    ("four_bar_clearances", {}, None),
+    ("guide_slider", {}, 0.01),
+]
 OFFSETS = ["joints.B.eccentricity_x", "joints.B.eccentricity_y"]
 
 
@@ -193,6 +201,20 @@ def test_directional_derivatives(feeder, model):
             back = rng.uniform(-1.0, 1.0, count)
             adjoint = np.array(one.getAdjointDerivative(rates_at, states_at, back.tolist()))
             assert adjoint @ seed == pytest.approx(back @ slopes, rel=1e-9)
+
+
+@pytest.mark.parametrize("scene", few_of(SEVERAL, 1), ids=str)
+def test_several_contacts(scene, tmp_path, monkeypatch):
+    """A unit beside the run: within 1e-4 of the natural sizes where contacts meet at several spots,
+    by what impacts and sharp friction make of a tolerance of 1e-8 (3e-5 is usual).
+    """
+    monkeypatch.setattr(unit, "has_zig", lambda: False)
+    case, values, until = scene
+    model = Model(cl.load_case(case, **values))
+    assert len(model.layout.spots) > 1
+    unit.write_unit(model, tmp_path / "unit.fmu")
+    for difference in checked(model, tmp_path / "unit.fmu", until):
+        assert difference.share < 1e-4, difference
 
 
 def test_saved_state(feeder):

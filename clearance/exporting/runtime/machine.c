@@ -76,24 +76,24 @@ void machine_arrive(Machine *m)
 
 static double beyond(const Machine *m, const double *values, int j)
 {
-    return values[3 * j] + (spot_kind[j] == FILM ? WARNING * m->reach[j] : 0.0);
+    return DEPTH(values, j) + (spot_kind[j] == FILM ? WARNING * m->reach[j] : 0.0);
 }
 
 void machine_settle(Machine *m)
 {
-    double values[ROOM(3 * SPOTS)];
+    double values[ROOM(EVENTS)];
     for (int j = 0; j < SPOTS; j++)
         if (spot_kind[j] == CONTACT) m->work[j] = FREE;
     if (SPOTS) events(machine_clock(m), m->y, m->par, m->work, values);
     for (int j = 0; j < SPOTS; j++) {
         m->side[j] = beyond(m, values, j) > 0.0;
-        if (m->side[j] && spot_kind[j] == CONTACT) m->work[j] = fmax(values[3 * j + 1], 0.0);
+        if (m->side[j] && spot_kind[j] == CONTACT) m->work[j] = fmax(CLOSING(values, j), 0.0);
     }
 }
 
 void machine_indicators(const Machine *m, double *z)
 {
-    double values[ROOM(3 * SPOTS)];
+    double values[ROOM(EVENTS)];
     if (SPOTS) events(machine_clock(m), m->y, m->par, m->work, values);
     for (int j = 0; j < SPOTS; j++)
         z[j] = beyond(m, values, j) + (m->side[j] ? spot_band[j] : -spot_band[j]);
@@ -101,12 +101,12 @@ void machine_indicators(const Machine *m, double *z)
 
 int machine_update(Machine *m)
 {
-    double values[ROOM(3 * SPOTS)];
+    double values[ROOM(EVENTS)];
     int changes = 0;
     /* the rates are those before the contact: nothing of it has begun */
     if (SPOTS) events(machine_clock(m), m->y, m->par, m->work, values);
     for (int j = 0; j < SPOTS; j++) {
-        double depth = beyond(m, values, j), rate = values[3 * j + 1], band = spot_band[j];
+        double depth = beyond(m, values, j), rate = CLOSING(values, j), band = spot_band[j];
         int begins = !m->side[j] && (depth > band || (depth >= -band && rate > 0.0));
         int ends = m->side[j] && (depth < -band || (depth <= band && rate < 0.0));
         if (!begins && !ends) continue;

@@ -8,6 +8,9 @@
 #define STAGES 8
 #define DENSE 5 /* rows of the dense output */
 #define RATES (STATES - COORDINATES)
+#define EVENTS (SPOT_VALUES * SPOTS)
+#define DEPTH(values, j) (values)[SPOT_VALUES * (j)]
+#define CLOSING(values, j) (values)[SPOT_VALUES * (j) + 1]
 #define FREE (-1.0) /* in place of an impact speed */
 #define BEFORE 1e-15 /* share of the time of a kink by which a moment lies before it */
 
@@ -33,8 +36,8 @@ typedef struct {
     double rate_of_time[ROOM(LENGTH)], vector[ROOM(STATES *STATES)];
     double lu[ROOM(RATES)][ROOM(RATES)];
     int pivots[ROOM(RATES)];
-    double before[ROOM(3 * SPOTS)], after[ROOM(3 * SPOTS)], inside[ROOM(3 * SPOTS)];
-    double probed[ROOM(3 * SPOTS)], ahead[ROOM(3 * SPOTS)];
+    double before[ROOM(EVENTS)], after[ROOM(EVENTS)], inside[ROOM(EVENTS)];
+    double probed[ROOM(EVENTS)], ahead[ROOM(EVENTS)];
     double step, last_step, error, last_error, contact_step, free_step, made;
     int begun, fresh_jacobian, refusals, refused, met, flips;
     long steps, rejected, cuts, holds;

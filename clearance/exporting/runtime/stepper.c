@@ -195,7 +195,7 @@ static void take_sizes(Machine *m)
 static void weigh_films(Machine *m, const double *values)
 {
     for (int j = 0; j < SPOTS; j++) {
-        double gap = larger(-values[3 * j], 1e-15 * m->reach[j]);
+        double gap = larger(-DEPTH(values, j), 1e-15 * m->reach[j]);
         if (!is_film(j)) continue;
         m->damping[j] *= FORGET;
         for (int k = 0; k < spot_places[j]; k++) {
@@ -244,8 +244,8 @@ static double resolution(const Machine *m, double until)
 /* --- contacts inside a step */
 static double wanted(const Machine *m, int j)
 {
-    double depth = m->before[3 * j], band = spot_band[j];
-    int within = depth > band || (depth >= -band && m->before[3 * j + 1] > 0.0);
+    double depth = DEPTH(m->before, j), band = spot_band[j];
+    int within = depth > band || (depth >= -band && CLOSING(m->before, j) > 0.0);
     return (spot_kind[j] == CONTACT ? m->side[j] : within) ? -1.0 : 1.0;
 }
 
@@ -258,8 +258,8 @@ static void probe(Machine *m, double t, double h, double theta)
 static int near_contact(const Machine *m, double h)
 {
     for (int j = 0; j < SPOTS; j++) {
-        double sign = wanted(m, j), before = m->before[3 * j + 1], after = m->after[3 * j + 1];
-        double deepest = larger(sign * m->before[3 * j], sign * m->after[3 * j]);
+        double sign = wanted(m, j), before = CLOSING(m->before, j), after = CLOSING(m->after, j);
+        double deepest = larger(sign * DEPTH(m->before, j), sign * DEPTH(m->after, j));
         int turns = sign * before > 0.0 && sign * after < 0.0;
         if (spot_kind[j] == FILM) continue;
         if (spot_kind[j] == CONTACT || turns) deepest += h * larger(fabs(before), fabs(after));
@@ -273,7 +273,7 @@ static double summit(Machine *m, double t, double h, int j, double low, double h
     for (int k = 0; k < 50; k++) {
         double middle = 0.5 * (low + high);
         probe(m, t, h, middle);
-        if (m->inside[3 * j + 1] * wanted(m, j) > 0.0) low = middle;
+        if (CLOSING(m->inside, j) * wanted(m, j) > 0.0) low = middle;
         else high = middle;
     }
     return 0.5 * (low + high);
@@ -289,7 +289,7 @@ static double crossing(Machine *m, double t, double h, int j, double low, double
         if (at_low < -spot_band[j])
             theta = (low * at_high - high * at_low) / (at_high - at_low);
         probe(m, t, h, theta);
-        value = m->inside[3 * j] * sign;
+        value = DEPTH(m->inside, j) * sign;
         if (fabs(value) < SETTLED * spot_band[j]) return theta;
         if (value > 0.0) {
             high = theta, at_high = value;
@@ -305,15 +305,15 @@ static double crossing(Machine *m, double t, double h, int j, double low, double
 
 static double event_of(Machine *m, double t, double h, int j, double low, double high)
 {
-    double sign = wanted(m, j), value = m->ahead[3 * j] * sign, end = high;
-    if (value <= spot_band[j] && m->probed[3 * j + 1] * sign > 0.0
-        && m->ahead[3 * j + 1] * sign < 0.0) {
+    double sign = wanted(m, j), value = DEPTH(m->ahead, j) * sign, end = high;
+    if (value <= spot_band[j] && CLOSING(m->probed, j) * sign > 0.0
+        && CLOSING(m->ahead, j) * sign < 0.0) {
         end = summit(m, t, h, j, low, high);
         probe(m, t, h, end);
-        value = m->inside[3 * j] * sign;
+        value = DEPTH(m->inside, j) * sign;
     }
     if (value <= spot_band[j]) return 2.0;
-    return crossing(m, t, h, j, low, end, m->probed[3 * j] * sign, value);
+    return crossing(m, t, h, j, low, end, DEPTH(m->probed, j) * sign, value);
 }
 
 static int first_event(Machine *m, double t, double h, double *theta)
@@ -350,7 +350,7 @@ static int aligned(Machine *m, double t, double h, int j, double theta, int *rea
         if (attempt(m, t, size) != MADE || m->error > 1.0) return MISSED;
         last = size;
         events(t + size, m->y_new, m->par, m->work, m->after);
-        value = sign * m->after[3 * j], rate = sign * m->after[3 * j + 1];
+        value = sign * DEPTH(m->after, j), rate = sign * CLOSING(m->after, j);
         if (fabs(value) <= 1e-2 * spot_band[j]) return CUT;
         if (value > 0.0) high = size, passed = 1;
         else low = size;
@@ -397,15 +397,15 @@ static int meet(Machine *m, double t, double h)
 static void turn_over(Machine *m, int j)
 {
     m->side[j] = !m->side[j];
-    m->work[j] = m->side[j] ? larger(m->after[3 * j + 1], 0.0) : FREE;
+    m->work[j] = m->side[j] ? larger(CLOSING(m->after, j), 0.0) : FREE;
 }
 
 static void swap(Machine *m)
 {
     turn_over(m, m->met);
     for (int j = 0; j < SPOTS; j++) {
-        double rate = m->after[3 * j + 1];
-        int here = spot_kind[j] == CONTACT && fabs(m->after[3 * j]) <= spot_band[j];
+        double rate = CLOSING(m->after, j);
+        int here = spot_kind[j] == CONTACT && fabs(DEPTH(m->after, j)) <= spot_band[j];
         if (j != m->met && here && (m->side[j] ? rate < 0.0 : rate > 0.0)) turn_over(m, j);
     }
 }
@@ -450,13 +450,13 @@ static void refuse(Machine *m, double h, double share)
 static int outside(const Machine *m)
 {
     for (int j = 0; j < SPOTS; j++)
-        if (spot_kind[j] == FILM && m->after[3 * j] >= SQUEEZE * m->before[3 * j]) return 1;
+        if (spot_kind[j] == FILM && DEPTH(m->after, j) >= SQUEEZE * DEPTH(m->before, j)) return 1;
     return 0;
 }
 
 static void accept(Machine *m, double t, double h, double until)
 {
-    m->time = t + h >= until ? until : t + h;
+    m->time = h >= until - t || t + h >= until ? until : t + h;
     memcpy(m->y, m->y_new, sizeof m->y);
     memcpy(m->f, m->f_new, sizeof m->f);
     weigh_films(m, m->after);
@@ -493,7 +493,7 @@ static double reduction(Machine *m, double t, double h)
     events(t, m->y, m->par, m->work, m->before);
     events(t + h, m->y_new, m->par, m->work, m->after);
     for (int j = 0; j < SPOTS; j++) {
-        double before = m->before[3 * j], after = m->after[3 * j];
+        double before = DEPTH(m->before, j), after = DEPTH(m->after, j);
         if (m->side[j] && after < 0.0 && before > 0.0)
             share = smaller(larger(share, NEARLY * before / (before - after)), NEARLY);
     }
@@ -626,7 +626,7 @@ static void fixed_step(Machine *m, double t, double h, int halvings)
         m->worst = larger(m->worst, m->error);
     accept(m, t, h, t + h);
     for (int j = 0; j < SPOTS; j++) {
-        int within = m->after[3 * j] > 0.0;
+        int within = DEPTH(m->after, j) > 0.0;
         if (spot_kind[j] != CONTACT || within == m->side[j]) continue;
         turn_over(m, j);
         rhs(m->time, m->y, m->par, m->work, m->f);
