@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from textwrap import wrap
+from textwrap import shorten, wrap
 
 import numpy as np
 from clearance.postprocess import figures
@@ -255,9 +255,14 @@ class Choice:
         return ", ".join(words + ([f"most at {self._most()}"] if self.warned.any() else []))
 
     def _most(self) -> str:
-        """The point whose run has most warnings."""
-        counts = np.where(self.done, self.sweep.costs["warnings"][self.points], 0)
-        return " and ".join(a.says(a.place[counts.argmax()]) for a in map(self.axis, self.names))
+        """The point whose run has most warnings, and where it has a file the begin of each."""
+        most = np.where(self.done, self.sweep.costs["warnings"][self.points], 0).argmax()
+        text = " and ".join(a.says(a.place[most]) for a in map(self.axis, self.names))
+        try:
+            with self.sweep.run(int(self.points[most])) as run:
+                return f"{text}: " + "; ".join(shorten(w, 64) for w in run.warnings)
+        except ValueError:
+            return text
 
     def values(self, metric: str) -> np.ndarray:
         """Values of a metric at the chosen points, NaN where a run is not done or left out."""

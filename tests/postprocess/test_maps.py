@@ -249,6 +249,16 @@ def test_cells_with_warnings(made, draw, gallery):
     assert hatched(draw(maps, sweep)[0]) == 0
 
 
+def test_warnings_of_a_point_are_named(tmp_path, gallery, draw):
+    """The title has the begin of each warning of the point with most, where its run has a file."""
+    scene = {"model": "dry", "contact": "kelvin_voigt(stiffness=1e6,damping=0)"}
+    points = cl.grid(speed=[20.0, 30.0], clearance=[1e-4, 2e-4])
+    swept = cl.sweep("slider_crank", points, tmp_path, turns=1, fixed=scene, workers=1)
+    draw(maps, swept, metrics="joint_C_force*")
+    assert "4 of 4 points with warnings" in gallery.text
+    assert "joint C: kelvin_voigt: without damping" in " ".join(gallery.text.split())
+
+
 def ratio(speed, clearance):
     """A film thickness ratio that is linear along both axes."""
     return 5.0 - speed / RPM / 100.0 - 1e3 * clearance
