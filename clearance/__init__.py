@@ -106,7 +106,7 @@ _MOVED = {
 
 
 #: packages that lie beside this one in a checkout
-_FOLDERS = tuple(f"clearance.{n}" for n in ("cases", "postprocess", "studies", "paper_figures"))
+_FOLDERS = tuple(f"clearance.{n}" for n in ("cases", "postprocess", "paper_figures"))
 
 
 class _Moved:

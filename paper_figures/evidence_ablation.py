@@ -17,10 +17,10 @@ repeats differ.
 import numpy as np
 from clearance.paper_figures import workshop
 from clearance.postprocess.figures import finish, sheet, stroke
-from clearance.studies import ablation
 
 import clearance as cl
 from clearance.results.tables import save_tables
+from clearance.studies import ablation
 
 PARAMETERS = {"model": "mixed", "joints": "B,C,E"}
 

@@ -16,9 +16,9 @@ Not comparable: the source's optional Reynolds solution, whose mesh and results 
 
 from clearance.paper_figures import workshop
 from clearance.postprocess import film_pictures
-from clearance.studies import film_ladder
 
 from clearance.film.bearing import Bearing
+from clearance.studies import film_ladder
 
 
 def draw(work: workshop.Workshop) -> None:

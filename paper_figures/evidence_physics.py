@@ -18,9 +18,9 @@ Not comparable: the distance of dry runs, which are chaotic: one sample of a sta
 
 from clearance.paper_figures import workshop
 from clearance.postprocess import study_pictures
-from clearance.studies import physics
 
 from clearance.scene.catalogue import find_case
+from clearance.studies import physics
 
 #: elastic, spring and damper, hysteretic, with restitution, of cylinders, layered, of ADAMS
 CONTACTS = (

@@ -18,6 +18,7 @@ Not comparable: the sources report no failures and no residuals.
 
 from clearance.paper_figures import workshop
 from clearance.postprocess import study_pictures
+
 from clearance.studies import stress
 
 

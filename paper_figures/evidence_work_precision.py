@@ -17,9 +17,9 @@ and a multibody code by `python tests/benchmarks/multibody.py CASE`.
 
 from clearance.paper_figures import workshop
 from clearance.postprocess import study_pictures
-from clearance.studies import work_precision
 
 import clearance as cl
+from clearance.studies import work_precision
 
 SCENES = {
     "slider_crank": {"model": "lubricated", "film": "pinkus_sternlicht"},

@@ -29,8 +29,8 @@ STREET = {
     "scene": ("laws", "film", "elements", "scene"),
     "kernel": ("tracing", "mechanism", "stepping"),
     "run": ("results", "metrics", "run", "accuracy", "simulation"),
-    "many runs": ("lanes", "motions", "wearing", "sweeping", "identify", "exporting"),
-    "people": ("cases", "postprocess", "studies", "paper_figures", "commands", "cli"),
+    "many runs": ("lanes", "motions", "wearing", "sweeping", "identify", "exporting", "studies"),
+    "people": ("cases", "postprocess", "paper_figures", "commands", "cli"),
 }
 COLOURS = ("#546e7a", "#1565c0", "#6a1b9a", "#c62828", "#9e9d24", "#2e7d32")
 PITCH, BREADTH, LINE = 1.95, 1.72, 0.125  # from box to box, of a box, of a line of text [inch]

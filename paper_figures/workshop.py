@@ -34,7 +34,7 @@ from clearance.sweeping.points import Points
 
 FOLDER = Path(__file__).parent
 #: folders that are installed into the package
-BESIDE = ("cases", "postprocess", "studies", "paper_figures")
+BESIDE = ("cases", "postprocess", "paper_figures")
 #: modules of this folder that draw nothing themselves
 SHARED = (
     "__init__",
@@ -66,7 +66,7 @@ TIMED = "measured"
 #: none.
 PARTS = ("Group", "Answers", "Reproduced", "Assumed", "Not comparable")
 #: packages on whose sources no result depends
-WITHOUT_PHYSICS = ("commands",)
+WITHOUT_PHYSICS = ("commands", "studies")
 
 
 def names() -> list[str]:

@@ -32,7 +32,7 @@ cl.simulate(cl.load_case("slider_crank", model="lubricated"), turns=0.02)
 print(*(m.__file__ for n, m in sys.modules.items() if n.split(".")[0] == "clearance"), sep="\\n")
 """
 #: folders that are installed with the package, and are none of its own
-BESIDE = ("cases", "postprocess", "studies", "paper_figures")
+BESIDE = ("cases", "postprocess", "paper_figures")
 
 
 @cache

@@ -26,7 +26,7 @@ PAGES = (
     *sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs" / "notebooks").glob("*.md")),
 )
 #: folders of Python files
-FOLDERS = ("clearance", "cases", "postprocess", "studies", "paper_figures", "docs", "tests")
+FOLDERS = ("clearance", "cases", "postprocess", "paper_figures", "docs", "tests")
 #: verbs of people for code, and words that stand for a missing technical term
 BANNED = re.compile(
     r"\b(asks?|asked|says?|said|knows?|wants?|wanted|doubts?|doubted|tells?|told|found|kept|whole"

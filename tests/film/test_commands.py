@@ -5,9 +5,9 @@ import math
 import h5py
 import numpy as np
 import pytest
-from clearance.studies import film_ladder, films
 
 import clearance as cl
+from clearance.studies import film_ladder, films
 from tests.film.states import bearing, moving
 
 

@@ -65,7 +65,7 @@ def copy(root: Path) -> Path:
     shutil.copytree(ROOT / "clearance", root / "clearance", ignore=without)
     for name in COMPILED:
         (root / "clearance" / name).symlink_to(ROOT / "clearance" / name, target_is_directory=True)
-    for folder in ("cases", "postprocess", "studies", "paper_figures"):
+    for folder in ("cases", "postprocess", "paper_figures"):
         shutil.copytree(ROOT / folder, root / folder, ignore=without)
     shutil.copytree(ROOT / "tests", root / "tests", ignore=shutil.ignore_patterns("*.h5"))
     shutil.copy(ROOT / "pyproject.toml", root)

@@ -89,7 +89,7 @@ def test_families_are_described():
 
 #: words of a question that no docstring begins with
 QUESTIONS = re.compile(r"(What|Whether|Where|How|Which|Who|Why|When)\b")
-FOLDERS = ("clearance", "cases", "postprocess", "studies", "paper_figures", "tests")
+FOLDERS = ("clearance", "cases", "postprocess", "paper_figures", "tests")
 
 
 def documented(path):

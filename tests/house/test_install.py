@@ -19,8 +19,8 @@ from packaging.requirements import Requirement
 from clearance.machine import store
 
 ROOT = Path(__file__).parents[2]
-FOLDERS = ("clearance", "cases", "postprocess", "studies", "paper_figures", "docs", "tests")
-BESIDE = ("cases", "postprocess", "studies", "paper_figures")
+FOLDERS = ("clearance", "cases", "postprocess", "paper_figures", "docs", "tests")
+BESIDE = ("cases", "postprocess", "paper_figures")
 README = (ROOT / "README.md").read_text()
 SITE = re.search(r"`pip install \"\.\[docs\]\" && (python -m sphinx [^`]+)`", README)[1]
 #: everything that a user of Python reaches lazily, from a case to a page

@@ -20,7 +20,7 @@ LAYERS = [
     ["clearance", *(f"clearance.{name}" for name in PEOPLE), *PEOPLE],
 ]
 #: folders beside the package that are installed into it
-BESIDE = ("cases", "postprocess", "studies", "paper_figures")
+BESIDE = ("cases", "postprocess", "paper_figures")
 MODULES = [p for folder in ("clearance", *BESIDE) for p in sorted((ROOT / folder).rglob("*.py"))]
 ONLY_IN = {
     "numba": {
@@ -28,13 +28,13 @@ ONLY_IN = {
         "clearance.machine.numba_passes",
         "clearance.machine.numba_record",
         "clearance.stepping.types",
-        "studies.peers",
+        "clearance.studies.peers",
     },
     "skfem": {"clearance.film.fem"},
     "scipy": {
         "clearance.metrics.statistics",
         "postprocess.tables",
-        "studies.peers",
+        "clearance.studies.peers",
         "clearance.film.coefficients",
         "clearance.film.fem",
         "clearance.sweeping.points",
@@ -291,7 +291,7 @@ def test_functions_stay_short():
 
 #: names of locals and parameters that would fit anything
 VAGUE = {"found", "own", "said", "known", "told", "kept", "whole"}
-FOLDERS = ("clearance", "cases", "postprocess", "studies", "paper_figures", "docs", "tests")
+FOLDERS = ("clearance", "cases", "postprocess", "paper_figures", "docs", "tests")
 
 
 def vague_names(code: str) -> list[str]:

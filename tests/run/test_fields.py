@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 import xarray
 from clearance.postprocess import pressures
-from clearance.studies import films
 
 import clearance as cl
+from clearance.studies import films
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from clearance.studies.benchmark import problems
 from clearance.studies.benchmark.rows import Row, references
 
 ROOT = Path(__file__).parents[3]
-FILES, PAGES = ROOT / "studies/benchmark", ROOT / "docs/benchmark"
+FILES, PAGES = ROOT / "clearance/studies/benchmark", ROOT / "docs/benchmark"
 TIGHT, LEAST = 1e-12, 1e-9
 MARKS = "<!-- rows -->", "<!-- rows:end -->"
 #: units by the last or the first words of a quantity

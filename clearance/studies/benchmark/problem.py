@@ -3,11 +3,10 @@
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 
-from clearance.studies.benchmark.rows import Comparison, table
-
 import clearance as cl
 from clearance.results.record import Record
 from clearance.scene.scene import Scene
+from clearance.studies.benchmark.rows import Comparison, table
 
 RTOL = 1e-11  # of the motions that the command integrates
 

@@ -1,10 +1,10 @@
 """Problems of mechanisms with clearance joints."""
 
 import numpy as np
-from clearance.studies.benchmark.problem import Work, problem
 
 import clearance as cl
 from clearance.results.record import Record
+from clearance.studies.benchmark.problem import Work, problem
 
 
 def impacts(result: Record, count: int, prefix: str = "") -> dict[str, float]:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from clearance.studies.benchmark.rows import Row
-
 from clearance.values.checks import meant
 from clearance.values.units import UNITS
 

@@ -5,10 +5,10 @@ import tempfile
 from types import SimpleNamespace
 
 import numpy as np
-from clearance.studies.benchmark.problem import Work, problem
 
 import clearance as cl
 from clearance.identify.models import lugre3d
+from clearance.studies.benchmark.problem import Work, problem
 
 DRY = {
     "model": "dry",
