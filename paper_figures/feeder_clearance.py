@@ -1,4 +1,4 @@
-"""Influence of the radial clearance on the six-bar feeder with four models of joint B.
+"""Influence of the radial clearance on the six-bar feeder with five models of joint B.
 
 Group: feeder
 
@@ -9,7 +9,8 @@ Reproduced: curves over a turn with radial clearances of 0.05, 0.1 and 0.2 mm, o
 mechanism's largest value. Over 0.02 to 0.5 mm: the largest force of a turn in joint B, the
 acceleration of the slider and its excess over the ideal slider. Also the smallest film thickness
 ratio, contacts and energy lost; speed 300 rpm. Each picture has the growth of every model and a
-mark where the source's statement is met. With oil it is met; dry peaks do not grow, contacts only
+mark where the source's statement is met. The transitional joint stands there with rigid and with
+elastic surfaces. With oil it is met; dry peaks do not grow, contacts only
 get fewer.
 
 Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s,

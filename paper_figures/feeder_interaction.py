@@ -7,12 +7,12 @@ Answers: Jin et al. (2023), interaction between several clearance joints. The so
 clearance joints act on one another.
 
 Reproduced: forces, eccentricities, contacts and losses of joints B, C and E at 300 rpm with radial
-clearances of 0.1 mm. Each joint is the only one with clearance, or all three have it, transitional,
-film only and dry. Also the correlation in time of the contact forces of two dry joints. C and E
-rock rather than turn, so that their oil carries by being squeezed. Each picture has the growth of
-joint forces by the neighbours' clearance. With thin oil the neighbours raise the force of each. Dry
-they lower that of B and raise those of C and E, and an impact in one loads the others within a
-fraction of a millisecond.
+clearances of 0.1 mm. Each joint is the only one with clearance, or all three have it: transitional
+on rigid and on elastic surfaces, film only, dry. Also the correlation in time of the contact forces
+of two dry joints. C and E rock rather than turn, so that their oil carries by being squeezed. Each
+picture has the growth of joint forces by the neighbours' clearance. With thin oil the neighbours
+raise the force of each. Dry they lower that of B and raise those of C and E, and an impact in one
+loads the others within a fraction of a millisecond.
 
 Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s. Dry
 motions are irregular: compared are means over ten turns, and correlations of the contact forces,
@@ -25,9 +25,10 @@ were not in the part we had.
 import numpy as np
 from clearance.paper_figures import workshop
 from clearance.paper_figures.feeder_slider import (
+    COMPARED,
     DRY,
+    ELASTIC,
     FILM,
-    MODELS,
     SETTLE,
     TRANSITIONAL,
     feeder,
@@ -45,6 +46,7 @@ from clearance.postprocess.figures import STROKES, finish, line, sheet, stroke
 from clearance.metrics.by_turn import by_turn
 
 JOINTS, ALL = ("B", "C", "E"), "B,C,E"
+PICTURES = {TRANSITIONAL: "transitional", ELASTIC: "elastic", FILM: "lubricated"}
 CLEARANCE = 1e-4
 #: a change of a joint's force by its neighbours that counts as interaction
 NOTICED = 0.02
@@ -58,10 +60,10 @@ ALONE, TOGETHER = (
 
 def draw(work: workshop.Workshop) -> None:
     runs = {
-        m: {j: feeder(work, **MODELS[m], joints=j, clearance=CLEARANCE) for j in (*JOINTS, ALL)}
-        for m in (TRANSITIONAL, FILM, DRY)
+        m: {j: feeder(work, **COMPARED[m], joints=j, clearance=CLEARANCE) for j in (*JOINTS, ALL)}
+        for m in (TRANSITIONAL, ELASTIC, FILM, DRY)
     }
-    for model, suffix in ((TRANSITIONAL, "transitional"), (FILM, "lubricated")):
+    for model, suffix in PICTURES.items():
         work.keep(oiled(model, runs[model]), suffix)
     work.keep(dry(runs[DRY]), "dry")
     remark = f"Means over {turns_seen(runs[DRY])} turns after {SETTLE}; gaps are those of samples."
@@ -116,7 +118,7 @@ def oiled(model: str, runs: dict):
             line(row[1], angle, np.hypot(*joint.force[last].T), **shown)
         finish(row[0], f"eccentricity ratio\njoint {name} [-]", "", legend=False)
         finish(row[1], f"force in joint {name} [N]", "", legend=False)
-        row[0].set_ylim(0.0, 1.0)
+        row[0].set_ylim(0.0)
     panels[-1, 0].set_xlabel(xlabel)
     say(figure, interaction(model, runs))
     return finished(figure, panels.ravel(), xlabel)

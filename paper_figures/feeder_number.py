@@ -7,9 +7,10 @@ transitional. The source states that impacts grow with the number of joints.
 
 Reproduced: deviation of the slider's displacement from the ideal one, its acceleration, and the
 crank's moment at 300 rpm with radial clearances of 0.2 mm. The joints are B, B and C, and B, C and
-E, with film only, transitional and dry. Also largest values of a turn and root mean squares,
-contacts and energy lost. Each picture has the growth of the largest acceleration. With oil it
-grows, as the source states; dry joints in series soften each other, against the source.
+E, with film only, transitional on rigid and on elastic surfaces, and dry. Also largest values of a
+turn and root mean squares, contacts and energy lost. Each picture has the growth of the largest
+acceleration. With oil it grows, as the source states; dry joints in series soften each other,
+against the source.
 
 Assumed: that the source counts its clearances in this order (it gives joint forces of B, C and E).
 Also parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s in every wet
@@ -22,10 +23,11 @@ we had.
 import numpy as np
 from clearance.paper_figures import workshop
 from clearance.paper_figures.feeder_slider import (
+    COMPARED,
     DRY,
+    ELASTIC,
     FILM,
     IDEAL,
-    MODELS,
     SETTLE,
     TRANSITIONAL,
     by_turns,
@@ -47,10 +49,10 @@ LABELS = ("displacement [µm]", "acceleration [m/s²]", "crank moment [N m]")
 
 
 def draw(work: workshop.Workshop) -> None:
-    ideal = feeder(work, **MODELS[IDEAL])
-    models = (FILM, TRANSITIONAL, DRY)
-    runs = {(m, j): feeder(work, **MODELS[m], joints=j) for m in models for j in JOINTS}
-    oiled = {m: {j: runs[m, j] for j in JOINTS} for m in (FILM, TRANSITIONAL)}
+    ideal = feeder(work, **COMPARED[IDEAL])
+    wetted = (FILM, TRANSITIONAL, ELASTIC)
+    runs = {(m, j): feeder(work, **COMPARED[m], joints=j) for m in (*wetted, DRY) for j in JOINTS}
+    oiled = {m: {j: runs[m, j] for j in JOINTS} for m in wetted}
     work.keep(wet(oiled, ideal), "lubricated")
     work.keep(dry({j: runs[DRY, j] for j in JOINTS}, ideal), "dry")
     work.table(*numbers(runs, ideal), remarks=f"Of {turns_seen(runs)} turns after {SETTLE}.")
@@ -68,7 +70,7 @@ def largest(runs: dict) -> tuple[float, float]:
 
 def wet(models: dict, ideal):
     """With oil, a column for each model: deviations from the ideal mechanism over the last turn."""
-    figure = sheet(10.0, 7.2)
+    figure = sheet(11.0, 7.2)
     panels = figure.subplots(3, len(models), sharex=True, sharey="row")
     for column, (model, runs) in zip(panels.T, models.items(), strict=True):
         column[0].set_title(model, fontsize="medium")

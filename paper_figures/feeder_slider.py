@@ -37,6 +37,7 @@ IDEAL = "ideal"
 DRY = "dry"
 FILM = "film only"
 TRANSITIONAL = "transitional"
+ELASTIC = "elastic transitional"
 #: models of joint B: name -> parameters of the case
 MODELS = {
     IDEAL: {"model": "ideal"},
@@ -44,12 +45,15 @@ MODELS = {
     FILM: {"model": "lubricated"},
     TRANSITIONAL: {"model": "mixed"},
 }
+#: of studies with rigid and elastic surfaces side by side
+COMPARED = MODELS | {ELASTIC: {"model": "mixed", "elastic": "true"}}
 #: of which model a curve is, everywhere
 STYLES = {
     IDEAL: STROKES[0],
     DRY: STROKES[1] | {"lw": 0.5},
     FILM: STROKES[2],
     TRANSITIONAL: STROKES[3],
+    ELASTIC: STROKES[5],
 }
 #: growth from which on a study calls something grown
 GROWN = 1.02

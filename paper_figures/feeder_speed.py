@@ -1,4 +1,4 @@
-"""Influence of the crank's speed on the six-bar feeder with four models of joint B.
+"""Influence of the crank's speed on the six-bar feeder with five models of joint B.
 
 Group: feeder
 
@@ -9,7 +9,8 @@ Reproduced: curves over a turn at 150, 300 and 600 rpm, over the ideal mechanism
 there. Over 60 to 900 rpm: the largest force of a turn in joint B, the acceleration of the slider
 and its excess over the ideal slider. Also the smallest film thickness ratio, contacts and energy
 lost; clearance 0.2 mm. Each picture has the growth of every model and where the source's statement
-is met. Ideal forces grow with the square of the speed; the transitional joint's grow faster.
+is met. The transitional joint stands there with rigid and with elastic surfaces. Ideal forces grow
+with the square of the speed; the transitional joint's grow faster.
 
 Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s,
 half-cosine memberships. Dry motion was irregular at all speeds that were looked at in longer runs
@@ -26,13 +27,11 @@ import numpy as np
 from clearance.paper_figures import workshop
 from clearance.paper_figures.feeder_slider import (
     CLEARANCE,
+    COMPARED,
     DRY,
-    FILM,
     IDEAL,
-    MODELS,
     OIL,
     STYLES,
-    TRANSITIONAL,
     conclude,
     feeder,
     of_turn,
@@ -73,7 +72,8 @@ def draw(work: workshop.Workshop) -> None:
 def values(work: workshop.Workshop, **parameters) -> dict:
     """A run of each model at one point; the dry one needs more turns."""
     return {
-        m: feeder(work, **MODELS[m], **parameters, turns=TURNS if m == DRY else 4) for m in MODELS
+        m: feeder(work, **model, **parameters, turns=TURNS if m == DRY else 4)
+        for m, model in COMPARED.items()
     }
 
 
@@ -82,18 +82,14 @@ def swept(work: workshop.Workshop, fixed: Mapping, **along: Sequence[float]) -> 
     samples.
     """
     metrics = {}
-    for names in ([DRY], [n for n in MODELS if n != DRY]):
-        models = cl.grid(model=[MODELS[n]["model"] for n in names])
+    for name, model in COMPARED.items():
         turns, samples = work.less(
-            (TURNS, PER_TURN) if DRY in names else (SETTLE + 2, 2000), (SETTLE + 1, 1000)
+            (TURNS, PER_TURN) if name == DRY else (SETTLE + 2, 2000), (SETTLE + 1, 1000)
         )
         options = {"turns": turns, "samples_per_turn": samples, "settle": SETTLE, "channels": []}
-        fixed = {"viscosity": OIL} | dict(fixed)
-        sweep = work.sweep("six_bar_feeder", models * cl.grid(**along), fixed=fixed, **options)
-        for name in names:
-            here = sweep.columns["model"] == MODELS[name]["model"]
-            metrics[name] = {metric: v[here] for metric, v in sweep.metrics.items()}
-    return {name: metrics[name] for name in MODELS}
+        options["fixed"] = {"viscosity": OIL} | dict(fixed) | model
+        metrics[name] = work.sweep("six_bar_feeder", cl.grid(**along), **options).metrics
+    return metrics
 
 
 def curves(runs: dict, span: str, claim: str):
@@ -112,11 +108,10 @@ def curves(runs: dict, span: str, claim: str):
         for axes in row:
             finish(axes, "", "", legend=False)
         row[0].set_ylabel(label, fontweight="bold")
-    oiled = f"{IDEAL}, {FILM}, {TRANSITIONAL}"
     heads = (
-        f"slider acceleration / ideal\n{oiled}",
+        f"slider acceleration / ideal\nall but {DRY}",
         DRY,
-        f"force in joint B / ideal\n{oiled}",
+        f"force in joint B / ideal\nall but {DRY}",
         DRY,
     )
     for above, below, head in zip(panels[0], panels[-1], heads, strict=True):
@@ -124,7 +119,7 @@ def curves(runs: dict, span: str, claim: str):
         below.set_xlabel(xlabel)
         below.set(xlim=(0.0, 360.0), xticks=range(0, 361, 90))
     ends = [list(runs.values())[i] for i in (0, -1)]
-    grown = {m: tuple(_largest(r[m]) for r in ends) for m in MODELS}
+    grown = {m: tuple(_largest(r[m]) for r in ends) for m in COMPARED}
     conclude(figure, f"Largest slider acceleration of a turn, {span}", grown, claim)
     figure.align_ylabels()
     legend_below(figure, *panels[0, :2])

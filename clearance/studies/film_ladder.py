@@ -14,6 +14,7 @@ import numpy as np
 from clearance.files.texts import markdown
 from clearance.film import bands, fem
 from clearance.film.bearing import Bearing
+from clearance.film.elastic import elastic_film
 from clearance.film.tabulated import table_film
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint
 from clearance.machine.store import njit
@@ -35,6 +36,8 @@ NODES = (9, 17, 33, 65)
 RUN_RTOL, REFERENCE_RTOL = 1e-6, 1e-9
 SAMPLES = 401
 REPEATS = 5
+#: the elastic film, here of a surface that hardly yields: what it costs, its way to the rigid one
+STIFF = "elastic film, stiff", "table", elastic_film(liner=1e-18, pressure_viscosity=0.0)
 #: passes of a solver along all states, fewer once they took so long [s]; derivatives at every so
 #: many states
 PASSES, ENOUGH, EVERY = 3, 3.0, 4
@@ -162,6 +165,8 @@ def single_states(progress: Callable[[str], None], quick: bool = False) -> list[
         progress(f"table of {nodes} nodes")
         law = table_film(nodes=nodes)
         rungs.append(law_rung(f"table {nodes}x{nodes}", "table", law, states, wanted))
+    if not quick:
+        rungs.append(law_rung(*STIFF, states, wanted))
     for mesh in FAST[:2] if quick else FAST:
         progress(f"fast solver {mesh}")
         film = bands.FastFilm(bearing, mesh)
@@ -200,6 +205,8 @@ def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = Fals
     films |= {
         f"table {n}x{n}": ("table", table_film(nodes=n)) for n in (NODES[:3] if quick else NODES)
     }
+    if not quick:
+        films[STIFF[0]] = STIFF[1:]
     for mesh in () if quick else FAST[:2]:
         law = law_names.ONLINE_FILMS["fast"](mesh=mesh)
         films[f"fast solver {mesh[0]}x{mesh[1]}"] = "fast solver", law
