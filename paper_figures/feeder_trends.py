@@ -167,7 +167,7 @@ def growth(mixed: dict, ideal: dict):
         axes.set_title(f"{speed} rpm", fontsize="medium")
     panels[0].set_yscale("log")
     panels[0].set_yticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
-    said = (f"{name.capitalize()} surfaces.\n{verdicts(of, ideal)}" for name, of in mixed.items())
-    say(figure, "\n".join(said))
+    texts = (f"{name.capitalize()} surfaces.\n{verdicts(v, ideal)}" for name, v in mixed.items())
+    say(figure, "\n".join(texts))
     legend_below(figure, panels[0])
     return figure

@@ -37,6 +37,7 @@ SMALLEST, LARGEST = 0.2, 1.05 ** (1.0 / 3.0)  # h^(1/3) of the table's first and
 ROUND = 0.3  # of the corner of g at the wall
 CLOSE = -5.5  # ln h below which films at the wall are alike
 MIDDLE = 0.1  # eccentricity ratio below which the wedge counts less
+TURNS = 0.03  # C_s over eps C_w at which an approach becomes a recession
 LEAST = 5e-3  # of f_q: f_q - f_r of the rigid film is not below
 CONTACT = 4.0 * math.sqrt(2.0) / 3.0
 #: m / (eps - 1), f_dry = CONTACT m^1.5, by falling powers of (eps - 1) / (eps + 1): 3e-8 up to 5
@@ -57,13 +58,18 @@ def central_film(u):
     return u + p + 0.3084 * p * p / (p * p * math.sqrt(math.sqrt(p)) + 0.0526)
 
 
-def yielding(u):
-    """chi: share of the journal's approach that the film feels, at u = (1 - eps) / h.
+def yielding(u, radial, turning):
+    """chi: share of the journal's own rate that the film feels, at u = (1 - eps) / h.
 
-    The surface recedes before the journal by the rest. Read off approaches of the film with memory
-    through the wall, within 0.06; above u = 0.7 it is d psi / d u.
+    The surface follows the journal with the rest. Read off the film with memory through the wall:
+    approaches within 0.06, above u = 0.7 it is d psi / d u. A journal that recedes leaves oil
+    trapped, so that the film feels less. It keeps it until the surfaces part.
+    radial = C_s / 12, turning = eps C_w / 12.
     """
-    return 0.5 + 0.5 * (u - 0.1) / math.sqrt((u - 0.1) * (u - 0.1) + 1.2)
+    slow = TURNS * turning
+    opens = 0.5 - 0.5 * radial / math.sqrt(radial * radial + slow * slow + REST * REST)
+    apart = u - 0.1 - 0.12 * opens
+    return 0.5 + 0.5 * apart / math.sqrt(apart * apart + 1.2 - opens)
 
 
 def wedge_part(eps, turning):
@@ -165,7 +171,7 @@ def motion(eccentricity_ratio, radial_rate, entrainment, joint, liner, follows):
     radial, turning = unit * radial_rate, 0.5 * unit * eccentricity_ratio * entrainment
     part = wedge_part(eccentricity_ratio, turning)
     u = (1.0 - eccentricity_ratio) * math.exp(-size(radial, part))
-    radial *= 1.0 - follows * (1.0 - yielding(u))
+    radial *= 1.0 - follows * (1.0 - yielding(u, radial, turning))
     return radial, turning, size(radial, part)
 
 
@@ -185,11 +191,11 @@ def elastic(
 
     F_r, F_t = c R L / kappa f_r, f_t(eps, C_w, chi C_s; beta, L/D),   beta = alpha c / kappa
     C_w = 6 mu w R^2 kappa / c^3,   C_s = 12 mu eps' R^2 kappa / c^3
-    u = (1 - eps) / h,   chi(u): see `yielding`
+    u = (1 - eps) / h,   chi: see `yielding`
 
     liner kappa [m/Pa], pressure_viscosity alpha [1/Pa]: of the joint's layer, material and
-    lubricant by default. follows: 1 where the surface recedes before the journal by 1 - chi of its
-    approach, as in a run. 0: it stands still, as in a film that no longer changes.
+    lubricant by default. follows: 1 where the surface follows the journal by 1 - chi of its rate,
+    as in a run. 0: it stands still, as in a film that no longer changes.
     The film is contact too, and none stands beside it. P >= 0, smooth surfaces. Valid for
     eccentricity ratios to 1.4, C_w and C_s to 1, and on to f_dry at rest.
     Source: Conway and Lee, J. Lubr. Technol. 97 (1975) 599, the equation of long bearings.

@@ -27,7 +27,7 @@ GAP = 0.5  # c over R of the bearing that is solved
 FORCE, THICKNESS = 3, 2  # splines: r_N, r_t, r_K; central and least film
 EDGE = 1e-3  # from straight motion, where f_t over that of the rigid film has no value
 OVER = 2e-4  # (f_q - f_r)^2 over f_dry^2 - 1, at least: the meshes' error at a contact
-CLOSEST = 0.25  # of the middle film: closer surfaces touch, and have no shear of oil
+CLOSEST = 0.25  # of the middle film and of its size at the wall: what stays between closer surfaces
 FADE = 0.1  # of -ln g, in which r_N and r_t grow from nothing
 CHECKS = 24  # states that a table is tested at
 
@@ -241,21 +241,22 @@ class Films:
                 for mesh in ((n, nz), (n // 2, nz // 2))
             ]
         motion = 2.0 * turning / (self.unit * max(eps, 1e-2)), radial / self.unit
+        least = 0.5 * CLOSEST * elastic.place(eps, third)[3]
         film, twin = self.meshes[third]
-        if (fine := self._on(film, eps, *motion)) is None:
+        if (fine := self._on(film, least, eps, *motion)) is None:
             return None
-        if (coarse := self._on(twin, eps, *motion)) is None:
+        if (coarse := self._on(twin, least, eps, *motion)) is None:
             return fine
         mean = (4.0 * fine - coarse) / 3.0
         return np.where(mean * fine > 0.0, mean, fine)
 
-    def _on(self, film: MemoryFilm, eps: float, spin: float, rate: float):
+    def _on(self, film: MemoryFilm, least: float, eps: float, spin: float, rate: float):
         try:
             force = film.steady(eps, 0.0, spin, rate)[:2] * self.unit / self.bearing.force_scale
         except RuntimeError:
             film.reset()
             return None
-        gap, mesh, cells = film.gap, film._mesh, film._state.kind
+        gap, mesh, cells = np.maximum(film.gap, least), film._mesh, film._state.kind
         thin = film._system.oil[:, : cells.shape[1], THIN]
         dragging = 1.0 / (thin * np.maximum(gap, CLOSEST * gap[0, 0]))
         if self.key.drag == WET:
