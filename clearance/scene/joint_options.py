@@ -31,7 +31,7 @@ class JointOptions:
     friction_coefficient: coefficient of friction of contact and asperities [-]
     film: film law: table (of the Reynolds equation), harmonic, short, long, pinkus_sternlicht,
         sommerfeld, fem, ...; elastic: on a surface that yields, through the wall into contact, as
-        elastic(liner=2e-14) [-]
+        elastic(liner=1e-13) [-]
     film_torques: true where the film drags on both bodies [-]
     drag: of table, fast, fem and conserving: ring (a filled gap, as all other films have it) or wet
         (the area that oil wets) [-]

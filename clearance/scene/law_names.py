@@ -101,7 +101,7 @@ FILMS = {
 }
 #: films that solve the Reynolds equation as the run goes: 1e3 times dearer and more
 ONLINE_FILMS = {n: partial(_film, n) for n in ("fast", "fem", "conserving")}
-#: the film that goes through the wall, as elastic(liner=2e-14, pressure_viscosity=0)
+#: the film that goes through the wall, as elastic(liner=1e-13, pressure_viscosity=0)
 ELASTIC_FILMS = {"elastic": partial(_film, "elastic")}
 ALL_FILMS = FILMS | ONLINE_FILMS | ELASTIC_FILMS
 #: films of the Reynolds equation: the faces of a slide then have theirs from a table too
