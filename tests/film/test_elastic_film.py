@@ -206,8 +206,8 @@ class TestRows:
     def test_recession(self, squeeze, load, film):
         """A journal that leaves the wall, C_w = 1e-2: oil stays trapped between the surfaces. At a
         tenth of the wedge the load is that of the film with memory within 8 %, the film in the
-        middle within 25 %. As fast as the wedge the trapped oil lasts longer than a film without
-        memory knows: the shear is at most five times as large.
+        middle within 25 %. As fast as the wedge the trapped oil lasts longer than in the table,
+        whose shear is at most five times as large.
         """
         key, wedge = ElasticKey(1.0), 1e-2
         data, films = np.concatenate([table(key).numbers, rigid_numbers(1.0)]), Films(key)
