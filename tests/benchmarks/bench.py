@@ -21,8 +21,6 @@ from publishing import publish, require
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT))
 
-from clearance.studies.peers import dispatched  # noqa: E402
-
 import clearance as cl  # noqa: E402
 from clearance.film import bands  # noqa: E402
 from clearance.film.bearing import Bearing  # noqa: E402
@@ -35,6 +33,7 @@ from clearance.scene import law_names  # noqa: E402
 from clearance.scene.catalogue import find_case  # noqa: E402
 from clearance.stepping import status  # noqa: E402
 from clearance.studies import ablation, film_ladder  # noqa: E402
+from clearance.studies.peers import dispatched  # noqa: E402
 from clearance.tracing.interpreter import traced  # noqa: E402
 from clearance.tracing.kernels import compiled  # noqa: E402
 from tests.augmented import Augmented, augmented  # noqa: E402

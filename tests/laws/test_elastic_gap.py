@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clearance.studies.explain import explain
 
 import clearance as cl
 from clearance.laws.contact import contact_modulus, layer_modulus
@@ -17,6 +16,7 @@ from clearance.laws.materials import Material, steel
 from clearance.mechanism.elastic_surfaces import elastic_surfaces
 from clearance.metrics.summary import elastic_state
 from clearance.run.force_hole import hole_check
+from clearance.studies.explain import explain
 from clearance.tracing.kernels import evaluated
 from tests.seeds import few_of
 

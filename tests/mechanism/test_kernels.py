@@ -13,7 +13,6 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from clearance.studies.explain import explain
 
 import clearance as cl
 from clearance.files.sealed import parsed
@@ -22,6 +21,7 @@ from clearance.mechanism import build as building
 from clearance.mechanism import structure
 from clearance.mechanism.build import build
 from clearance.stepping.types import MOMENTS
+from clearance.studies.explain import explain
 from clearance.tracing.kernels import plain_kernel, takes_moments
 from tests import mechanisms as m
 from tests.plain import jacobian_error

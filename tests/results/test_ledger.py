@@ -4,11 +4,11 @@ parts there are.
 
 import numpy as np
 import pytest
-from clearance.studies.explain import explain
 
 import clearance as cl
 from clearance.mechanism.build import build
 from clearance.run.diagnosis import doubtful
+from clearance.studies.explain import explain
 from tests import mechanisms as m
 from tests.seeds import few_of
 

@@ -4,13 +4,13 @@ import importlib
 from pathlib import Path
 
 import pytest
-from clearance.studies.benchmark.foreign import foreign
-from clearance.studies.benchmark.problems import PROBLEMS, benchmark, named
-from clearance.studies.benchmark.rows import references, source
 
 import clearance as cl
 from clearance.accuracy.horizon import Problem
 from clearance.film.conserving import MemoryFilm
+from clearance.studies.benchmark.foreign import foreign
+from clearance.studies.benchmark.problems import PROBLEMS, benchmark, named
+from clearance.studies.benchmark.rows import references, source
 from tests.oracles.benchmark.__main__ import unit
 from tests.oracles.benchmark.rotating_load import place
 from tests.oracles.exudyn import Exudyn

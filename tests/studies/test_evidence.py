@@ -11,7 +11,6 @@ import h5py
 import numpy as np
 import pytest
 from clearance.postprocess import study_pictures
-from clearance.studies.peers import PEERS, dispatched
 
 import clearance as cl
 from clearance import cli
@@ -21,6 +20,7 @@ from clearance.run.options import METHODS
 from clearance.scene.catalogue import find_case
 from clearance.scene.scene import reduced
 from clearance.studies import ablation, physics, work_precision
+from clearance.studies.peers import PEERS, dispatched
 from tests.oracles.exudyn import Exudyn
 from tests.stepping.test_stepping import ball
 

@@ -10,12 +10,12 @@ import h5py
 import numpy as np
 import pytest
 from clearance.postprocess import study_pictures
-from clearance.studies.stress import Cell, judge, matrix
 
 import clearance as cl
 from clearance import cli
 from clearance.commands import common
 from clearance.studies import stress
+from clearance.studies.stress import Cell, judge, matrix
 from tests import mechanisms as m
 
 pytestmark = pytest.mark.slow
