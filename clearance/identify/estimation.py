@@ -13,17 +13,17 @@ least squares.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares, lsq_linear
-from scipy.special import stdtrit
 
 from clearance.identify.models import Curve, LuGre, Model
 from clearance.identify.own import FunctionError
+from clearance.identify.trials import Trial
+from clearance.metrics.statistics import student
 
-CONFIDENCE = 0.95
 # relative change of the cost at which a start is judged, and the best one is finished
 LOOK, FINISH = 1e-3, 1e-9
 FINISH_NETWORK = 1e-5  # the same of networks, whose weights make up for each other
@@ -103,7 +103,7 @@ def spread(slopes: np.ndarray, cost: float, samples: int) -> tuple[np.ndarray, n
     _, singular, rows = np.linalg.svd(slopes / sizes, full_matrices=False)
     inverse = rows.T / np.maximum(singular, ROUNDING)
     covariance = variance * (inverse @ inverse.T) / np.outer(sizes, sizes)
-    wide = stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE) * np.sqrt(np.diag(covariance))
+    wide = student(freedom) * np.sqrt(np.diag(covariance))
     return covariance, wide, math.sqrt(variance)
 
 
@@ -206,30 +206,12 @@ class Search:
         return chain
 
 
-class Thinned(NamedTuple):
+def _thinned(trial: Trial) -> Trial:
     """Every so many samples of a trial."""
-
-    name: str
-    rate: np.ndarray
-    torque: np.ndarray
-    step: float
-    samples: int
-    facts: dict
-    between: float | np.ndarray
-    angle: np.ndarray
-    rate_between: np.ndarray | None = None
-
-
-def _thinned(trial) -> Thinned:
     every = min(max(trial.samples // FEW, 1), MOST_THINNED)
-    rate, torque = (np.ascontiguousarray(a[::every]) for a in (trial.rate, trial.torque))
-    step, facts = trial.step * every, getattr(trial, "facts", {})
-    between = step if trial.even else np.diff(trial.time[::every], prepend=trial.time[0])
-    angle, middle = trial.angle[::every], None
-    if trial.turned is not None:
-        times = between if np.ndim(between) else np.full(len(rate), between)
-        middle = np.diff(angle, axis=0, prepend=angle[:1]) / np.maximum(times, 1e-300)[:, None]
-    return Thinned(trial.name, rate, torque, step, len(rate), facts, between, angle, middle)
+    columns = {n: getattr(trial, n) for n in ("time", "rate", "torque", "turned")}
+    thinned = {n: v if v is None else np.ascontiguousarray(v[::every]) for n, v in columns.items()}
+    return replace(trial, **thinned)
 
 
 class Passes:

@@ -19,12 +19,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import chdtrc, fdtrc, ndtr, stdtrit
+from scipy.special import chdtrc, fdtrc, ndtr
 
 from clearance.identify.doubts import WINDOW, correlation
-from clearance.identify.estimation import CONFIDENCE, spread
+from clearance.identify.estimation import spread
 from clearance.identify.free import Free
 from clearance.identify.scene_fit import Problem, Solved
+from clearance.metrics.statistics import student
 
 WIDE = 0.5  # half of an interval over its value, from which the profile is taken
 CORRELATED, TOGETHER = 0.95, 0.999
@@ -133,7 +134,7 @@ class _Judge:
 
     @property
     def quantile(self) -> float:
-        return float(stdtrit(self.freedom, 0.5 + 0.5 * CONFIDENCE))
+        return student(self.freedom)
 
     def products(self, slopes: np.ndarray) -> tuple[list[str], set[int]]:
         """Products of inseparable parameters, and these."""

@@ -40,10 +40,13 @@ THINNEST = 1e-6  # H is not taken below this
 COS, SIN = (each(f, STEP * (np.arange(NODES) + 0.5)) for f in (math.cos, math.sin))
 
 
-def gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, slope, c, s):
-    """H and r at an angle; h: sum of both depths, slope: of the bearing's minus the journal's."""
+def gap_and_source(motion, lift, h, slope, c, s):
+    """H and r at an angle; motion: x, y, their rates, spin; lift: that and its rate; h: sum of both
+    depths, slope: of the bearing's minus the journal's.
+    """
+    x, y, vx, vy, spin = motion
     wedge = 6.0 * spin * (x * s - y * c + slope)
-    return 1.0 - x * c - y * s + h + lift, wedge - 12.0 * (vx * c + vy * s - lift_rate)
+    return 1.0 - x * c - y * s + h + lift[0], wedge - 12.0 * (vx * c + vy * s - lift[1])
 
 
 def depths(data, bearing, journal, node, clearance, weights, slopes):
@@ -76,10 +79,11 @@ def size_of(joint):
     return joint.viscosity * thin * thin * joint.radius * joint.length / 12.0
 
 
-def summed(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, start, steep):
+def summed(motion, angle, lift, joint: FilmJoint, data, start, steep):
     """`short_on_outlines`, then the derivatives of its values by the first eight arguments; zeros
     without `steep`.
     """
+    x, y, _, _, spin = motion
     before, t = turned(angle - 0.5 * STEP)
     bearing, journal = places(int(start), 0, before)
     weights, slopes, bends = cubic(t), cubic_slope(t), cubic_bend(t)
@@ -95,7 +99,7 @@ def summed(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, s
         else:
             piece = beside(data, first, node - NODES, angle, joint.clearance)
             share, c, s, h, rise, fall, bend = piece
-        gap, r = gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, rise - fall, c, s)
+        gap, r = gap_and_source(motion, lift, h, rise - fall, c, s)
         inverse = 1.0 / max(gap, THINNEST)
         by_gap = -share * inverse * inverse if gap > THINNEST else 0.0
         cube = share * inverse * inverse * inverse
@@ -159,13 +163,13 @@ def short_on_outlines(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoi
     """Force x, y on the journal [N] and the integral of 1 / H all around [1]; angle: of the
     journal.
     """
-    values = summed(x, y, vx, vy, spin, angle, lift, lift_rate, joint, data, start, False)
+    values = summed((x, y, vx, vy, spin), angle, (lift, lift_rate), joint, data, start, False)
     return values[0], values[1], values[2]
 
 
 def short_slopes(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, start):
     """`short_on_outlines`, then the derivatives of its values by the first eight arguments."""
-    return summed(x, y, vx, vy, spin, angle, lift, lift_rate, joint, data, start, True)
+    return summed((x, y, vx, vy, spin), angle, (lift, lift_rate), joint, data, start, True)
 
 
 short_on_outlines.slopes = short_slopes

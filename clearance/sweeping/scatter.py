@@ -19,13 +19,13 @@ import numpy as np
 
 from clearance.files.locks import replacing
 from clearance.files.texts import check_kinds, signed, signed_document, text_of
+from clearance.metrics.statistics import CONFIDENCE
 from clearance.sweeping.index import Sweep, open_sweep
 from clearance.sweeping.points import OUTER_COMMA, Points
 from clearance.values import checks
 from clearance.values.fit_class import FitClass
 from clearance.values.units import unit_in, written
 
-CONFIDENCE = 0.95
 QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
 RESAMPLED = 200  # bootstrap samples of the intervals of indices
 FORMAT_VERSION = 1
