@@ -7,12 +7,11 @@ from collections.abc import Iterator
 from dataclasses import KW_ONLY, dataclass, fields, replace
 
 from clearance.elements.body import Point
-from clearance.elements.element import Spot, State
+from clearance.elements.element import WARMING, Spot, State
 from clearance.elements.joint import FREE, ClearanceJoint, Joint, Known
 from clearance.elements.journal import Journal
 from clearance.elements.quantities import GAPS, NEVER, ROUGH, SIZES, ZERO, Row, law, number
 from clearance.elements.revolute import Revolute
-from clearance.elements.thermal_node import WARMING, ThermalNode
 from clearance.laws.contact import layer_of
 from clearance.laws.law import (
     BoundLaw,
@@ -155,11 +154,11 @@ class ClearanceRevolute(ClearanceJoint):
                 f"{label}: heat needs a formula or a table without ambient pressure, got "
                 f"{self.film.law.name}"
             )
-        node = self.heat and self.heat.to
-        if node is not None and not isinstance(node, ThermalNode):
-            raise ValueError(
-                f"{label}: heat balance: to must be a ThermalNode, got {self.heat.to!r}"
-            )
+        if self.heat is not None and (node := self.heat.to) is not None:
+            from clearance.elements.thermal_node import ThermalNode
+
+            if not isinstance(node, ThermalNode):
+                raise ValueError(f"{label}: heat balance: to must be a ThermalNode, got {node!r}")
         if self.film is not None and self.contact is not None and self.transition is None:
             raise ValueError(
                 f"{label}: film and contact together need a transition model, such as "
@@ -308,8 +307,9 @@ class ClearanceRevolute(ClearanceJoint):
             )
         ]
         states += self._bristles("bristle_deflection")
-        warms = self.heat is not None and self.heat.stands_alone
-        return states + ([State("warming", "K", WARMING, 1)] if warms else [])
+        if self.heat is not None and self.heat.stands_alone:
+            states.append(State("warming", "K", WARMING, 1))
+        return states
 
     def spots(self) -> list[Spot]:
         kind = FILM if self.ends_at_wall else CONTACT if self.impacts else BLENDED

@@ -14,6 +14,8 @@ from clearance.laws.law import BoundLaw
 from clearance.laws.materials import Material
 from clearance.values import checks
 
+WARMING = 10.0  # natural size of a warming [K]
+
 
 @dataclass(frozen=True)
 class State:

@@ -3,11 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from clearance.elements.element import Load, State
+from clearance.elements.element import WARMING, Load, State
 from clearance.elements.quantities import NEVER, Row, number
 from clearance.values import checks
 
-WARMING = 10.0  # natural size of a warming [K]
 SURROUNDINGS = 313.15  # temperature of the surroundings where none is given [K]
 
 

@@ -13,8 +13,7 @@ from typing import IO
 
 import numpy as np
 
-from clearance.results.extremes import Extreme, Extremes
-from clearance.results.integrals import Integrals
+from clearance.results.extremes import Extreme, Extremes, Integrals
 from clearance.results.record import Record
 
 ROOM = 1_000_000  # numbers that are held in memory

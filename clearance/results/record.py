@@ -16,8 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.results.errors import Error, Errors
-from clearance.results.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
-from clearance.results.integrals import Integrals
+from clearance.results.extremes import ROUNDING, SLIDES, Extreme, Extremes, Integrals, better
 from clearance.values.accessors import Drawn, accessor
 from clearance.values.checks import meant
 from clearance.values.spelling import as_path

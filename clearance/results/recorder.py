@@ -11,8 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from clearance.elements.regimes import Regime, regime
-from clearance.results.extremes import JOINT_EXTREMES, Extremes
-from clearance.results.integrals import Integrals
+from clearance.results.extremes import JOINT_EXTREMES, Extremes, Integrals
 from clearance.results.memory import SOLVER_COLUMNS, Ranges
 
 

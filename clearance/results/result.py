@@ -18,8 +18,7 @@ import numpy as np
 
 from clearance.files.locks import replacing, temporary_file, temporary_name
 from clearance.results.errors import Errors, ExtremeErrors
-from clearance.results.extremes import Extremes
-from clearance.results.integrals import Integrals
+from clearance.results.extremes import Extremes, Integrals
 from clearance.results.reading import (
     FACT_UNITS,
     Damaged,

@@ -21,9 +21,8 @@ import numpy as np
 
 from clearance.files.locks import replacing
 from clearance.results.errors import Error, Errors, ExtremeErrors
-from clearance.results.extremes import Extremes
+from clearance.results.extremes import Extremes, Integrals
 from clearance.results.hdf5_image import CHECK, readable
-from clearance.results.integrals import Integrals
 from clearance.results.reading import Damaged, Reader, checked, column_check
 from clearance.version import VERSION
 

@@ -7,8 +7,18 @@ from functools import cached_property, partial
 import numpy as np
 
 from clearance.mechanism.build import Mechanism
-from clearance.results.extremes import Extremes, along, followed, guides, stretch_length, stretches
-from clearance.results.integrals import Integrals, Integrand, parts, summed
+from clearance.results.extremes import (
+    Extremes,
+    Integrals,
+    Integrand,
+    along,
+    followed,
+    guides,
+    parts,
+    stretch_length,
+    stretches,
+    summed,
+)
 from clearance.stepping import state as places
 from clearance.stepping.state import State
 from clearance.values.spots import BLENDED, CONTACT

@@ -5,13 +5,16 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from clearance.scene.joint_options import resolved
 from clearance.scene.scene import Scene
 from clearance.values import checks
 from clearance.values.checks import meant
-from clearance.values.fit_class import FitClass, fit_class, has_diameter, is_fit_class
 from clearance.values.units import quantity
+
+if TYPE_CHECKING:  # what few parameters are
+    from clearance.values.fit_class import FitClass
 
 THIN = 1e-6  # clearance [m] at which journals have the diameter of their bearings
 _SWITCH = {
@@ -111,15 +114,19 @@ class Case:
     def takes_fit(self, name: str, text: object) -> bool:
         """True for the class of a fit and a parameter that is a length."""
         about = self.parameters.get(name)
-        return (
-            is_fit_class(text) and about is not None and (about.kind, about.units) == (float, "m")
-        )
+        if about is None or (about.kind, about.units) != (float, "m") or not isinstance(text, str):
+            return False
+        from clearance.values.fit_class import is_fit_class
 
-    def fit(self, name: str, text: str, beside: Mapping[str, object]) -> FitClass:
+        return is_fit_class(text)
+
+    def fit(self, name: str, text: str, beside: Mapping[str, object]) -> "FitClass":
         """The fit of a clearance at the diameter of its joints, where the text has none.
 
         beside: values of other parameters. Raises ValueError where joints have several diameters.
         """
+        from clearance.values.fit_class import fit_class, has_diameter
+
         if has_diameter(text):
             return fit_class(text)
         # dry: a film would have its table made for a clearance that no run has

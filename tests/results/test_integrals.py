@@ -9,7 +9,7 @@ import pytest
 
 import clearance as cl
 from clearance.metrics.metrics import metrics
-from clearance.results.integrals import PARTS, Integrals
+from clearance.results.extremes import PARTS, Integrals
 from clearance.run.recording import remember_run
 from clearance.simulation import prepare
 

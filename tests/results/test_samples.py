@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.results import integrals
+from clearance.results import extremes as integrals
 from clearance.results import memory as samples
 from clearance.results.memory import Samples
 
