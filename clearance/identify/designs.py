@@ -195,7 +195,7 @@ class Optimum(Celled):
             "limit": limit.text,
             "value": self.point.values[limit.name],
             "margin": limit.margin,
-            "error": self.errors.get(limit.text),
+            "error": self.errors.get(limit.text) or None,
             "active": active,
             "price": self.prices.get(limit.text, 0.0 if self.prices else None),
         }
