@@ -22,9 +22,11 @@ LOG_INTERVAL = 30.0  # seconds between the lines of a study whose stderr is no t
 
 def add_command(commands, name: str, help: str | None = None, **more) -> argparse.ArgumentParser:
     """A command whose own help begins with its line in the list of commands; help: that line, of
-    one that `COMMANDS` does not have.
+    one that `COMMANDS` does not have. An epilog of several lines keeps them.
     """
     help = help or COMMANDS[name]
+    if "\n" in more.get("epilog", ""):
+        more["formatter_class"] = argparse.RawDescriptionHelpFormatter
     return commands.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.", **more)
 
 

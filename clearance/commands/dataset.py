@@ -28,9 +28,7 @@ and speed are drawn within a factor of 2 of their defaults.
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands, "dataset", epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    p = add_command(commands, "dataset", epilog=EXAMPLES)
     add_case(p, "NAME=LOW:HIGH", "a parameter that is drawn, or NAME=VALUE, one that holds")
     p.add_argument("--channels", required=True, metavar="PATHS", help="of each record: comma list")
     p.add_argument("--points", type=int, default=1000, metavar="N", help="records (default 1000)")

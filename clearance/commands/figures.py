@@ -31,12 +31,7 @@ several folders; run times and fits are found anew.
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands,
-        "figures",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(commands, "figures", epilog=EXAMPLES)
     p.add_argument(
         "names",
         metavar="NAME",

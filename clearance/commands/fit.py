@@ -33,9 +33,7 @@ Of a record that has its own conditions: --data slow.csv,speed=300rpm. An interr
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands, "fit", epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    p = add_command(commands, "fit", epilog=EXAMPLES)
     add_case(p, "NAME=LOW:HIGH", "a parameter that is fitted, or NAME=VALUE, one that holds")
     p.add_argument(
         "--data",

@@ -35,12 +35,7 @@ The same command goes on where it was interrupted.
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands,
-        "follow",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(commands, "follow", epilog=EXAMPLES)
     add_case(p, text="see below")
     p.add_argument(
         "--tolerance",

@@ -34,9 +34,7 @@ deviation: limits are kept for a --share of machines. An interrupted search goes
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands, "optimize", epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    p = add_command(commands, "optimize", epilog=EXAMPLES)
     add_case(p, "NAME=LOW:HIGH", "a parameter that is searched for, or NAME=VALUE, one that holds")
     for name in ("minimize", "maximize"):
         p.add_argument(

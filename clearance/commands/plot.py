@@ -41,7 +41,6 @@ def add(commands) -> argparse.ArgumentParser:
         commands,
         "plot",
         epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
         usage="clearance plot FILE_OR_DIR [MORE_FILES ...] [KIND] [options] [-o PICTURE]",
     )
     p.add_argument(

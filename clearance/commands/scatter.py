@@ -38,12 +38,7 @@ input.
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands,
-        "scatter",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(commands, "scatter", epilog=EXAMPLES)
     add_case(p, text="see below")
     p.add_argument(
         "--points", type=int, default=1024, metavar="N", help="runs in all, at most (default 1024)"

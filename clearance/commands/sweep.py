@@ -50,12 +50,7 @@ guide, "Sweeps".
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands,
-        "sweep",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(commands, "sweep", epilog=EXAMPLES)
     add_case(p, "NAME=VALUES", "see below")
     p.add_argument(
         "--zip",

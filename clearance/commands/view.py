@@ -20,12 +20,7 @@ channels, of the runs of a sweep the last two turns. In the page, ? lists the ke
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands,
-        "view",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(commands, "view", epilog=EXAMPLES)
     p.add_argument(
         "inputs",
         metavar="FILE_OR_DIR",

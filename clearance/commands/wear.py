@@ -43,12 +43,7 @@ LIFE = ("_depth", "_volume", "_to_depth", "life_error")
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands,
-        "wear",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(commands, "wear", epilog=EXAMPLES)
     add_case(p)
     p.add_argument(
         "--turns", type=number, required=True, help="turns of the drive in the complete life"
