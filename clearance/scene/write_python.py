@@ -72,7 +72,8 @@ class _Writer:
         parameters = [self._parameter(p) for p in self.case.parameters.values()]
         head = _call("def scene", ["*", *parameters] if parameters else [], len(" -> cl.Scene:"))
         texts = [
-            f"    {p.name}: {p.text} [{p.units}]".rstrip() for p in self.case.parameters.values()
+            f"    {p.name}: " + f"{p.text} [{p.units}]".strip()
+            for p in self.case.parameters.values()
         ]
         doc = "\n".join(
             [f'    """{self.case.summary or self.case.name}', "", *texts, '    """', ""]
