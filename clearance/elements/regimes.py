@@ -9,6 +9,7 @@ from clearance.laws.contact import layer_of, oedometric_modulus
 FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
 TOUCHING = 1.0  # below this asperities carry a large share
 PIEZOVISCOUS = 0.5  # alpha p above which the viscosity no longer counts as constant
+THICKEST = 5.0  # alpha p above which the table of a film through the wall is only formal
 FLATTENING = 0.2  # flattening over film thickness above which the surfaces no longer count as rigid
 # penetration over journal radius (half height of a block) up to which solids count as linearly
 # elastic
@@ -67,7 +68,11 @@ class Regime:
                 f"carry a large share, which {law.name} has from an asperity law alone: give one, "
                 "such as greenwood_tripp"
             )
-        elastic = joint.elastic is not None or joint.film.law.through_wall
+        through = joint.film.law.through_wall
+        if through and self.piezoviscous_number > THICKEST:
+            number = f"alpha p {self.piezoviscous_number:.2g}"
+            warnings.append(f"{pressure}: {number}, the film's table is meant up to {THICKEST:g}")
+        elastic = joint.elastic is not None or through
         if self.piezoviscous_number > PIEZOVISCOUS and not elastic:
             number = self.piezoviscous_number
             warnings.append(
@@ -96,4 +101,5 @@ def regime(joint: ClearanceRevolute, pressure: float, gap: float) -> Regime:
     oedometric = oedometric_modulus(joint.material.young, min(joint.material.poisson, 0.49))
     ratio = gap / joint.roughness if joint.roughness is not None else None
     flattening = pressure * layer / oedometric / thinnest
-    return Regime(pressure, pressure * joint.lubricant.pressure_viscosity, flattening, ratio)
+    alpha = joint.film.values.get("pressure_viscosity", joint.lubricant.pressure_viscosity)
+    return Regime(pressure, alpha * pressure, flattening, ratio)

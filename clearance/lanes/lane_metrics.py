@@ -21,6 +21,7 @@ from clearance.elements.regimes import (
     FLATTENING,
     FULL_FILM,
     PIEZOVISCOUS,
+    THICKEST,
     TOUCHING,
     regime,
 )
@@ -610,10 +611,10 @@ class LaneMetrics:
             if law:
                 thinnest = np.maximum(thinnest, roughness)
         flattening = unit.flattening_ratio * joint.clearance * pressure / thinnest
-        counts = (unit.piezoviscous_number * pressure > PIEZOVISCOUS).astype(int) + (
-            flattening > FLATTENING
-        )
-        counts *= joint.elastic is None
+        thickening, through = unit.piezoviscous_number * pressure, joint.film.law.through_wall
+        counts = (thickening > PIEZOVISCOUS).astype(int) + (flattening > FLATTENING)
+        counts *= joint.elastic is None and not through
+        counts += through & (thickening > THICKEST)
         if not (law and law.carries_roughness):
             counts += ratio < FULL_FILM
         elif law.needs_asperity and joint.asperity is None:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
+from clearance.elements.regimes import regime
 from clearance.film import elastic_lookup as elastic
 from clearance.film.conserving import MemoryFilm
 from clearance.film.elastic import key_of
@@ -157,7 +158,9 @@ class TestFilm:
                 assert chi == pytest.approx(right, abs=0.08)
 
     def test_of_joint(self):
-        """Liner and oil are those of the joint: 2 mm of babbitt and the lubricant's coefficient."""
+        """Liner and oil are those of the joint: 2 mm of babbitt and the lubricant's coefficient.
+        Oil that thickens beyond the table is named.
+        """
         babbitt = cl.Material("babbitt", 29e9, 0.33, 7400.0)
         crank, rod = (cl.Body(n, 1.0, 1e-3) for n in ("crank", "rod"))
         options = {"radius": 1e-2, "clearance": 1e-5, "length": 1e-2, "material": babbitt}
@@ -174,6 +177,8 @@ class TestFilm:
         key = key_of(joint.film_joint, joint.film.parameters)
         assert key.slenderness == 0.5
         assert key.beta == pytest.approx(1e-8 * 1e-5 / joint.film.values["liner"], rel=1e-3)
+        assert "alpha p 6" in regime(joint, 6e8, 1e-6).warnings(joint)[0]
+        assert regime(joint, 4e8, 1e-6).warnings(joint) == []
         with pytest.raises(ValueError, match="line contact of half-spaces"):
             replace(joint, film=cl.elastic_film(pressure_viscosity=1e-6))
         with pytest.raises(ValueError, match="carries contact itself"):
@@ -240,3 +245,29 @@ class TestRows:
                 errors.append(states.apart(of_numbers(data, *state)[:2], values[:2]))
         assert np.quantile(errors, 0.9) < 2e-3
         assert max(errors) < 1.5e-2
+
+    @pytest.mark.parametrize(
+        "key",
+        [
+            ElasticKey(1.0, drag="wet"),
+            ElasticKey(0.7, beta=12.0, viscosity=0.05, softness=1e-9),
+        ],
+        ids=["wet", "roelands"],
+    )
+    def test_other_tables(self, key):
+        """Drag of the wet area, and Roelands' oil, closing and turning at random with C to 0.08:
+        load 1.2e-2, drag 3e-2.
+        """
+        data, films = (
+            np.concatenate([table(key).numbers, rigid_numbers(key.slenderness)]),
+            Films(key),
+        )
+        rng, count = np.random.default_rng(5), 0
+        while count < 20:
+            eps, size = rng.uniform(0.2, 1.3), 10.0 ** rng.uniform(-6.0, -2.2)
+            angle = rng.uniform(0.0, 0.5 * math.pi)
+            state = eps, size * math.cos(angle), size * math.sin(angle) + 1e-12
+            if (values := films.solve(*state, min(max(size, 1e-5), 0.05) ** 0.13)) is not None:
+                ours, count = of_numbers(data, *state), count + 1
+                assert states.apart(ours[:2], values[:2]) < 1.2e-2
+                assert ours[2] == pytest.approx(values[2], rel=3e-2)
