@@ -4,44 +4,25 @@ stranger's. Such settings name programs, and have LaTeX read the names that a fi
 
 import sys
 import warnings
-from contextlib import contextmanager
 from pathlib import Path
 
 OF_THE_USER = "matplotlib" in sys.modules  # a program that imports it has settings of its own
-PLAIN = "mpl_toolkits.mplot3d"  # what pictures in the plane need nothing of
+IN_SPACE = "mpl_toolkits.mplot3d"  # axes that no picture has
 
 import matplotlib  # noqa: E402
-import matplotlib._docstring  # noqa: E402
-import matplotlib.artist  # noqa: E402
+import matplotlib._docstring as help_texts  # noqa: E402
+from matplotlib.artist import Artist  # noqa: E402
 
-
-@contextmanager
-def _briefly():
-    """Import matplotlib without its axes in space and the texts of its help: a third less time."""
-    artist, docs = matplotlib.artist.Artist, matplotlib._docstring
-    kinds = {type(docs.interpd), docs.Substitution}
-    before = {kind: kind.__call__ for kind in kinds}
-    explained = artist.__dict__.get("_update_set_signature_and_docstring")
-    sys.modules[PLAIN] = None
-    for kind in kinds:
+if "clearance.commands" in sys.modules and not OF_THE_USER:
+    # A process of ours reads no help of matplotlib, whose texts take a third of its import.
+    for kind in (type(help_texts.interpd), help_texts.Substitution):
         kind.__call__ = lambda self, described: described
-    if explained:
-        artist._update_set_signature_and_docstring = classmethod(lambda cls: None)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # that there are no axes in space
-            yield
-    finally:
-        del sys.modules[PLAIN]
-        for kind, call in before.items():
-            kind.__call__ = call
-        if explained:
-            artist._update_set_signature_and_docstring = explained
-
-
-if "clearance.commands" in sys.modules and not OF_THE_USER:  # a process of ours
-    with _briefly():
+    Artist._update_set_signature_and_docstring = classmethod(lambda kind: None)
+    sys.modules[IN_SPACE] = None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that there are no axes in space
         import matplotlib.figure
+    del sys.modules[IN_SPACE]
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
