@@ -77,12 +77,11 @@ def text_of(watch: Watch, count: int) -> str:
     its reductions.
     """
     piece = Piece(Rows(), None)
-    named = {"row": count, "given": watch.given, "numbers": watch.own}
-    inputs = ([piece.trace.load(f"{n}[{i}]") for i in range(k)] for n, k in named.items())
-    row, given, numbers = inputs
-    sums = {k: r.value(piece, row, given, numbers) for k, r in enumerate(watch.reductions)}
+    counts = {"row": count, "given": watch.given, "numbers": watch.own}
+    inputs = [[piece.trace.load(f"{n}[{i}]") for i in range(k)] for n, k in counts.items()]
+    sums = {k: r.value(piece, *inputs) for k, r in enumerate(watch.reductions)}
     kinds = [(r.mean, r.stepped, r.timed) for r in watch.reductions]
-    about = watch.quantities, kinds, watch.tracks, named
+    about = watch.quantities, kinds, watch.tracks, counts
     return f"{about} {kernel_text(Program('sums', sums, {}), {})}"
 
 

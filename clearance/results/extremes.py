@@ -190,7 +190,7 @@ class Extremes:
         times.
         """
         slack = ROUNDING * self.length
-        signs = _signs(self.names)
+        signs = np.array([-1.0 if name.endswith("_min") else 1.0 for name in self.names])
         inside = (self.times >= begin - slack) & (self.times <= end + slack)
         inside[self.whole(begin, end)] |= self._timeless
         best = np.where(inside, signs * self.values, -np.inf).argmax(axis=0)
@@ -217,12 +217,6 @@ class Extremes:
             return None
         i = int(values.argmin() if name.endswith("_min") else values.argmax())
         return Extreme(float(values[i]), float(times[i]))
-
-
-@lru_cache(maxsize=16)
-def _signs(names: tuple[str, ...]) -> np.ndarray:
-    """-1 for each smallest value, 1 for each largest."""
-    return np.array([-1.0 if name.endswith("_min") else 1.0 for name in names])
 
 
 def better(name: str, extremes: Iterable[Extreme | None]) -> Extreme | None:
