@@ -270,7 +270,7 @@ def _ends(definition: Definition) -> Iterator[int]:
 def _numbers(scene: Scene) -> set[tuple[str, str, float]]:
     """Joint, name and value of the roughness and thresholds of all its transitions."""
     return {
-        (joint.name, name, float(value))
+        (str(joint.name), name, float(value))
         for joint in scene.joints
         if (law := getattr(joint, "transition", None)) is not None
         for name, value in (law.values | {"roughness": joint.roughness}).items()
