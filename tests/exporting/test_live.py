@@ -98,6 +98,7 @@ def test_sliders_move_the_picture(page_of):
     assert all(url.startswith("file:") for url in asked)
 
 
+@pytest.mark.skipif(not unit.has_zig(), reason="no ziglang")
 def test_the_page_in_python(tmp_path):
     """One call writes it, beside C source; without anything to write the call is refused."""
     scene = cl.load_case("slider_crank", model="lubricated")
