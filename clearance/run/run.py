@@ -91,6 +91,9 @@ class Run:
     def _begin(self) -> None:
         """Stand at the start, as an earlier run of the scene did that had the same numbers."""
         mechanism, method = self.mechanism, self.method
+        if any(isinstance(s, Callback) for s in mechanism.sources.values()):  # it remembers
+            self._begun()
+            return
         about = mechanism.own, self.span, self.solver, self.outputs, mechanism.structure.together
         sizes, head, roles, links = mechanism.remembered(("begun", *about), self._begun)
         self.state = State(**sizes)

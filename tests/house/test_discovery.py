@@ -70,7 +70,7 @@ def test_type_checkers_know_what_a_run_has(tmp_path):
     )
     command = [sys.executable, "-m", "mypy", "--config-file=", "--follow-imports=silent", script]
     done = subprocess.run(command, cwd=INIT.parent.parent, capture_output=True, text=True)
-    notes = re.findall(r":(\d+): (?:note|error): (.*)", done.stdout)
+    notes = re.findall(r"script\.py:(\d+): (?:note|error): (.*)", done.stdout)
     assert [(int(line), text.split("[")[0].strip()) for line, text in notes] == [
         (3, 'Revealed type is "clearance.results.result.Result"'),
         (4, 'Revealed type is "clearance.scene.scene.Scene"'),
