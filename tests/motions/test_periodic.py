@@ -301,16 +301,15 @@ class TestDryJoint:
         assert slowness**2 / (3941.7535 - speed) == pytest.approx(0.0042, rel=0.12)
 
     def test_errors_of_multipliers_are_not_wide(self):
-        """Those of a coarse orbit hold what the finer one has, and are at most 30 times as large.
-
-        The spread of differences alone has 300 times as much: it counts their curvature.
+        """Those of a coarse orbit hold what the finer one has, and are at most 2e-4: 8e-6 to 3e-5 is
+        usual. The spread of differences alone is 1.4e-3: it counts their curvature.
         """
         scene = cl.load_case("slider_crank", model="dry", friction="coulomb", clearance=1e-3)
         scene = scene.replaced({"drives/crank/speed": cl.rpm(3000)})
         coarse, fine = (steady(scene, t, error=None) for t in (1e-5, 1e-8))
         apart = np.abs(coarse.multipliers[:3] - fine.multipliers[:3])
         assert (apart < coarse.errors[:3]).all()
-        assert (coarse.errors[:3] < 30.0 * apart).all()
+        assert (coarse.errors[:3] < 2e-4).all()
 
     def test_the_file_holds_one_period(self, dry):
         """It ends where it began, to the tolerance of 1e-6, amidst a contact that lasts over its
