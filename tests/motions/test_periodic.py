@@ -301,9 +301,10 @@ class TestDryJoint:
         assert slowness**2 / (3941.7535 - speed) == pytest.approx(0.0042, rel=0.12)
 
     def test_errors_of_multipliers_are_not_wide(self):
-        """Those of a coarse orbit hold what the finer one has, and are at most 2e-4. 8e-6 to 3e-5
-        are
-        usual. The spread of differences alone is 1.4e-3: it counts their curvature.
+        """Those of a coarse orbit hold what the finer one has, and are at most 2e-4.
+
+        8e-6 to 3e-5 are usual. The spread of differences alone is 1.4e-3: it counts their
+        curvature.
         """
         scene = cl.load_case("slider_crank", model="dry", friction="coulomb", clearance=1e-3)
         scene = scene.replaced({"drives/crank/speed": cl.rpm(3000)})
