@@ -75,7 +75,10 @@ class Run:
         self.budget = SLOW_BUDGET if online else BUDGET
         self.loop = import_module("clearance.stepping.loop")
         self.watched = watched_of(mechanism, span.until, outputs)
-        self._begin()
+        if online:  # films with a memory begin anew
+            self._begun()
+        else:
+            self._begin()
         self.observers: list[observers.Observer] = [observers.Kinks(self)]
         self.changes: list[tuple[float, dict[str, float]]] = []  # times and changes so far
         self.wall, self.cpu, self.contact_count, self.code = 0.0, 0.0, 0, status.RUNNING
@@ -91,9 +94,6 @@ class Run:
     def _begin(self) -> None:
         """Stand at the start, as an earlier run of the scene did that had the same numbers."""
         mechanism, method = self.mechanism, self.method
-        if any(isinstance(s, Callback) for s in mechanism.sources.values()):  # it remembers
-            self._begun()
-            return
         about = mechanism.own, self.span, self.solver, self.outputs, mechanism.structure.together
         sizes, head, roles, links = mechanism.remembered(("begun", *about), self._begun)
         self.state = State(**sizes)
