@@ -254,7 +254,7 @@ class Checkout:
         return self.cpu("-c", SWEEP, repr((values, side, turns, 1, f"sweep{self.count}")))
 
     def point(self, values: dict, side: int, turns: float) -> float:
-        """What one point more costs: sweeps of two sizes, without what all of a size share."""
+        """Cost of one point: sweeps of two sizes, without what all of a size share."""
         few, many = side // 2, side
         cheaper, dearer = (self.sweep(values, n, turns) for n in (few, many))
         return (dearer - cheaper) / (many**2 - few**2)
