@@ -446,6 +446,8 @@ class Record(Drawn, ABC):
         return Channels(self, f"{kind}/{name}")
 
     def __getitem__(self, body: str) -> Channels:
+        if "/" in body:
+            raise KeyError(f"{body!r} is not a body; a channel is result.values({body!r})")
         return self._channels("bodies", body)
 
     def joint(self, name: str) -> Channels:

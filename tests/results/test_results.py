@@ -137,6 +137,8 @@ def test_reading(run):
     assert result.range("joints/B/gap")[0] == result.joint("B").gap.min()
     with pytest.raises(KeyError, match="no 'nobody' among bodies; there are: crank"):
         result["nobody"]
+    with pytest.raises(KeyError, match=r"a channel is result.values\('bodies/crank/x'\)"):
+        result["bodies/crank/x"]
     with pytest.raises(AttributeError, match="no channel 'ay2'; it has"):
         result["slider"].ay2  # noqa: B018
     result.close()
