@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 from clearance.elements.body import Body, Point
-from clearance.elements.element import Load
+from clearance.elements.element import Load, Spot
 from clearance.elements.quantities import ZERO, law, number
 from clearance.laws.law import BoundLaw, spring
 from clearance.values import checks
+from clearance.values.spots import BLENDED
 
 
 class Spring(Load):
@@ -34,6 +35,13 @@ class Spring(Load):
         """True where a law gives its tension or moment."""
         return getattr(self, self.slot) is not None
 
+    def spots(self) -> list[Spot]:
+        law = getattr(self, self.slot)
+        if law is None or law.law.engaged is None:
+            return []
+        way = law.law.engaged[1](law.values)
+        return [Spot(BLENDED, way)] if way > 0.0 else []
+
     @property
     def lost(self) -> str:
         """Meaning of what it takes out of the mechanism."""
@@ -44,6 +52,9 @@ class Spring(Load):
         """Its tension or moment; the energy that it stores and takes out."""
         if self.by_law:
             (tension,) = m.law(self, self.slot, [elongation, rate])
+            if self.spots():
+                depth, _ = getattr(self, self.slot).law.engaged
+                w.spot(self, *m.of_law(self, self.slot, depth, [elongation, rate]))
             w.lose(self, tension * rate)
             return tension
         stiffness, damping = m.number(self, "stiffness"), m.number(self, "damping")

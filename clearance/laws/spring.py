@@ -22,7 +22,20 @@ def cubic_spring(elongation, rate, stiffness, cubic, damping=0.0):
     return stiffness * elongation + cubic * elongation**3 + damping * rate
 
 
-@spring(stiffness=positive, play=non_negative, dissipation=non_negative)
+def _in_stop(elongation, rate, stiffness, play, dissipation):
+    return -elongation - play, -rate
+
+
+def _in_flank(elongation, rate, stiffness, play, dissipation):
+    return abs(elongation) - 0.5 * play, rate if elongation > 0.0 else -rate
+
+
+#: contacts of `stop`, which without play has no way of its own, and of `backlash`
+STOP = _in_stop, lambda values: values["play"] or 1.0
+FLANKS = _in_flank, lambda values: 0.5 * values["play"]
+
+
+@spring(stiffness=positive, play=non_negative, dissipation=non_negative, engaged=STOP)
 def stop(elongation, rate, stiffness, play=0.0, dissipation=0.0):
     """T = -k d (1 + chi d') where d = -x - play > 0, else 0; never pulling [N]: a bumper.
 
@@ -37,7 +50,7 @@ def stop(elongation, rate, stiffness, play=0.0, dissipation=0.0):
     return -max(stiffness * depth * (1.0 - dissipation * rate), 0.0)
 
 
-@spring(stiffness=positive, play=non_negative, dissipation=non_negative)
+@spring(stiffness=positive, play=non_negative, dissipation=non_negative, engaged=FLANKS)
 def backlash(elongation, rate, stiffness, play, dissipation=0.0):
     """T = s k d (1 + chi s x') where d = |x| - play / 2 > 0, s = sign(x), else 0 [N]: a loose fit.
 
