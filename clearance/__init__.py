@@ -92,7 +92,7 @@ def __dir__() -> list[str]:
 _MOVED = {
     "clearance.body": "clearance.elements.body",
     "clearance.checks": "clearance.values.checks",
-    "clearance.choices": "clearance.scene.law_names",
+    "clearance.choices": "clearance.scene.joint_options",
     "clearance.films": "clearance.film.names",
     "clearance.observers": "clearance.run.observers",
     "clearance.options": "clearance.run.options",

@@ -50,9 +50,9 @@ from clearance.run.again import again as again
 from clearance.run.force_hole import hole_check as hole_check
 from clearance.scene.catalogue import load_case as load_case
 from clearance.scene.joint_options import JointOptions as JointOptions
-from clearance.scene.law_names import crank_drive as crank_drive
-from clearance.scene.law_names import joint_friction_law as joint_friction_law
-from clearance.scene.law_names import one_of as one_of
+from clearance.scene.joint_options import crank_drive as crank_drive
+from clearance.scene.joint_options import joint_friction_law as joint_friction_law
+from clearance.scene.joint_options import one_of as one_of
 from clearance.scene.scene import Scene as Scene
 from clearance.simulation import NotReached as NotReached
 from clearance.simulation import SimulationError as SimulationError

@@ -22,7 +22,7 @@ from clearance.mechanism.build import build
 from clearance.results.tables import columns_of, save_tables
 from clearance.run.options import Solver, Span
 from clearance.run.run import Run
-from clearance.scene import law_names
+from clearance.scene import joint_options
 from clearance.scene.catalogue import find_case
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import compiled
@@ -160,7 +160,7 @@ def single_states(progress: Callable[[str], None], quick: bool = False) -> list[
     rungs = []
     for name in ("pinkus_sternlicht", "long", "short", "harmonic"):
         progress(name)
-        rungs.append(law_rung(name, "closed form", law_names.FILMS[name](), states, wanted))
+        rungs.append(law_rung(name, "closed form", joint_options.FILMS[name](), states, wanted))
     for nodes in NODES[:3] if quick else NODES:
         progress(f"table of {nodes} nodes")
         law = table_film(nodes=nodes)
@@ -199,7 +199,7 @@ def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = Fals
         REFERENCE_RTOL,
     )[0]
     films = {
-        n: ("closed form", law_names.FILMS[n]())
+        n: ("closed form", joint_options.FILMS[n]())
         for n in ("pinkus_sternlicht", "long", "short", "harmonic")
     }
     films |= {
@@ -208,10 +208,10 @@ def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = Fals
     if not quick:
         films[STIFF[0]] = STIFF[1:]
     for mesh in () if quick else FAST[:2]:
-        law = law_names.ONLINE_FILMS["fast"](mesh=mesh)
+        law = joint_options.ONLINE_FILMS["fast"](mesh=mesh)
         films[f"fast solver {mesh[0]}x{mesh[1]}"] = "fast solver", law
     for mesh in ELEMENTS[:1] if quick else ELEMENTS[:2]:
-        law = law_names.ONLINE_FILMS["fem"](mesh=mesh)
+        law = joint_options.ONLINE_FILMS["fem"](mesh=mesh)
         films[f"FEM {mesh[0]}x{mesh[1]}"] = "finite elements", law
     rungs = []
     for name, (kind, law) in films.items():

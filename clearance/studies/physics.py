@@ -16,7 +16,7 @@ from clearance.results.tables import columns_of, save_tables
 from clearance.run.options import Span
 from clearance.run.run import Run
 from clearance.scene.catalogue import Case
-from clearance.scene.law_names import CONTACTS, FILMS, TRANSITIONS
+from clearance.scene.joint_options import CONTACTS, FILMS, TRANSITIONS
 from clearance.scene.scene import Scene
 from clearance.simulation import SimulationError, simulate
 from clearance.values import checks

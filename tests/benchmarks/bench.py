@@ -29,7 +29,7 @@ from clearance.film.table import Key  # noqa: E402
 from clearance.mechanism.build import build  # noqa: E402
 from clearance.run.options import Solver, Span  # noqa: E402
 from clearance.run.run import Run  # noqa: E402
-from clearance.scene import law_names  # noqa: E402
+from clearance.scene import joint_options  # noqa: E402
 from clearance.scene.catalogue import find_case  # noqa: E402
 from clearance.stepping import status  # noqa: E402
 from clearance.studies import ablation, film_ladder  # noqa: E402
@@ -195,28 +195,28 @@ def law_costs():
     the feeder.
     """
     facts = cl.laws.FilmJoint(0.01, 1e-4, 0.02, 0.05, 0.8e-6)
-    pair = law_names.Pair(0.01, 1e-4, 0.02, cl.steel)
+    pair = joint_options.Pair(0.01, 1e-4, 0.02, cl.steel)
     cases = {
         f"film {n}": (law(), (0.7, 20.0, 40.0, facts), 3)
-        for n, law in law_names.FILMS.items()
+        for n, law in joint_options.FILMS.items()
         if n != "table"
     }
     cases |= {
         f"contact {n}": (make(pair, 0.9), (2e-6, 0.01, 0.1), 2)
-        for n, make in law_names.CONTACTS.items()
+        for n, make in joint_options.CONTACTS.items()
     }
     cases |= {
         f"friction {n}": (make(0.1), (0.02, 50.0), 2)
-        for n, make in law_names.FRICTIONS.items()
+        for n, make in joint_options.FRICTIONS.items()
         if n != "lugre"
     }
-    cases["friction lugre"] = (law_names.FRICTIONS["lugre"](0.1), (1e-7, 0.02, 50.0), 3)
+    cases["friction lugre"] = (joint_options.FRICTIONS["lugre"](0.1), (1e-7, 0.02, 50.0), 3)
     cases |= {
         f"asperity {n}": (law(modulus=1e11), (1.2, facts), 1)
-        for n, law in law_names.ASPERITIES.items()
+        for n, law in joint_options.ASPERITIES.items()
     }
     thresholds = {"dry": 0.4, "mixed": 1.0, "full": 3.0}
-    for name, law in law_names.TRANSITIONS.items():
+    for name, law in joint_options.TRANSITIONS.items():
         cases[f"transition {name}"] = (law(**thresholds), (1e-6, facts), 1)
     yield "| law | value | value and Jacobian |"
     yield "|---|---|---|"

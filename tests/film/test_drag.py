@@ -12,7 +12,7 @@ from clearance.film.bearing import RING, WET, Groove
 from clearance.film.conserving import MemoryFilm
 from clearance.film.names import conserving, fast, fem, table
 from clearance.laws import FilmJoint
-from clearance.scene.law_names import film_of
+from clearance.scene.joint_options import film_of
 from tests.film import states
 
 JOINT = FilmJoint(1e-2, 1e-4, 2e-2, 0.05)

@@ -10,7 +10,7 @@ import pytest
 
 import clearance as cl
 from clearance import laws
-from clearance.scene import document, law_names
+from clearance.scene import document, joint_options
 from tests.pages import GUIDE, TEXT
 
 ROOT = Path(__file__).parents[2]
@@ -195,10 +195,10 @@ def test_laws_that_are_advised_exist():
     words = set(re.findall(r"`(\w+)`", text))
     reference = {
         *laws.__all__,
-        *law_names.MODELS,
-        *law_names.FILMS,
-        *law_names.ONLINE_FILMS,
-        *law_names.TRANSITIONS,
+        *joint_options.MODELS,
+        *joint_options.FILMS,
+        *joint_options.ONLINE_FILMS,
+        *joint_options.TRANSITIONS,
         "rtol",
         "run",
     }

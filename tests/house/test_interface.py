@@ -18,7 +18,7 @@ from clearance.commands import common
 from clearance.laws.law import Family, FilmJoint, Law
 from clearance.run.options import span_of
 from clearance.scene.catalogue import find_case
-from clearance.scene.law_names import CONTACTS
+from clearance.scene.joint_options import CONTACTS
 from clearance.sweeping.points import from_words
 from tests.pages import block
 from tests.typed import python

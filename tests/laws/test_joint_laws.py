@@ -25,8 +25,8 @@ from clearance.results.memory import Memory
 from clearance.results.recorder import Recorder
 from clearance.run import force_hole
 from clearance.run.diagnosis import Diagnosis
-from clearance.scene.law_names import ASPERITIES, CONTACTS, FRICTIONS, TRANSITIONS, Pair
-from clearance.scene.law_names import FILMS as ALL_FILMS
+from clearance.scene.joint_options import ASPERITIES, CONTACTS, FRICTIONS, TRANSITIONS, Pair
+from clearance.scene.joint_options import FILMS as ALL_FILMS
 from clearance.simulation import prepare
 from clearance.stepping import status as codes
 from clearance.stepping.state import VALUE

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.scene.law_names import CONTACTS, FILMS, FRICTIONS, TRANSITIONS
+from clearance.scene.joint_options import CONTACTS, FILMS, FRICTIONS, TRANSITIONS
 from tests.seeds import few_of
 
 

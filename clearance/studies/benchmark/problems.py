@@ -5,7 +5,7 @@ import warnings
 from pathlib import Path
 
 from clearance.results.record import RunWarning
-from clearance.scene.law_names import one_of
+from clearance.scene.joint_options import one_of
 from clearance.studies.benchmark import bearings, mechanisms, motions  # noqa: F401
 from clearance.studies.benchmark.foreign import foreign
 from clearance.studies.benchmark.problem import PROBLEMS, RTOL, Answer, Work
