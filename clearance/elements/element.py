@@ -126,7 +126,7 @@ class Element(Described):
     def act(self, m, w) -> None:
         """Forces, rates of states, powers and contacts that follow from place and motion.
 
-        m: Motion, see mechanism/motion.py; w: Work, see mechanism/work.py.
+        m: Motion, see mechanism/motion.py; w: Work, see mechanism/dynamics.py.
         """
 
     def outputs(self, m) -> Iterable[tuple]:

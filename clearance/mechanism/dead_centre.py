@@ -12,10 +12,9 @@ import numpy as np
 from clearance.elements.body import ground
 from clearance.elements.joint import RELATIVE, TURN
 from clearance.mechanism.build import Mechanism, place_named
-from clearance.mechanism.kinematics import Kinematics, Pose, Propagation
+from clearance.mechanism.kinematics import ZERO, Kinematics, Pose, Propagation, Rates
 from clearance.mechanism.loops import wrong_turn
 from clearance.mechanism.numbers import Numbers
-from clearance.mechanism.rates import ZERO, Rates
 from clearance.mechanism.topology import Group, soft_joints
 from clearance.tracing.trace import Trace
 from clearance.values.algebra import each

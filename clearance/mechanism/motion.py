@@ -7,9 +7,8 @@ from functools import partial
 from clearance.elements.body import Body
 from clearance.elements.joint import ALONG, TURN, Joint
 from clearance.laws.law import BoundLaw
-from clearance.mechanism.kinematics import Kinematics, Pose
+from clearance.mechanism.kinematics import Jet, Kinematics, Pose, Rates
 from clearance.mechanism.loops import wrong_turn
-from clearance.mechanism.rates import Jet, Rates
 from clearance.tracing.interpreter import traced
 from clearance.tracing.trace import Trace, Value
 from clearance.values.checks import meant
