@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from clearance.results.memory import Memory, MemoryRecord, Ranges
+from clearance.results.recorder import Memory, MemoryRecord, Ranges
 from clearance.run.recording import attributes_of
 from clearance.run.run import Run
 

@@ -30,7 +30,7 @@ from clearance.accuracy.fixed_steps import Ends, Refused, Replay, halved
 from clearance.machine.callback import Callback
 from clearance.metrics.metrics import Metric, metrics
 from clearance.results.errors import geometric_mean
-from clearance.results.memory import MemoryRecord
+from clearance.results.recorder import MemoryRecord
 from clearance.results.sensitivity import Sensitivities, Sensitivity
 from clearance.run.recording import remember_run
 from clearance.run.run import Run

@@ -35,8 +35,8 @@ from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism
 from clearance.metrics.metrics import Metric, Window, metrics, offsets
 from clearance.results.errors import AUTO, TRAJECTORY, Error, Errors, ExtremeErrors, geometric_mean
-from clearance.results.memory import MemoryRecord
 from clearance.results.record import Record
+from clearance.results.recorder import MemoryRecord
 from clearance.results.result import Result
 from clearance.results.tables import error_groups
 from clearance.run.observers import ChangesAgain

@@ -13,7 +13,7 @@ from clearance.accuracy.companion import (
 from clearance.accuracy.request import Request, ToleranceSearch
 from clearance.metrics.metrics import Metric
 from clearance.results.errors import Errors, asks
-from clearance.results.memory import MemoryRecord
+from clearance.results.recorder import MemoryRecord
 from clearance.run.recording import record_run
 from clearance.run.run import Run
 

@@ -33,7 +33,7 @@ from clearance.accuracy.companion import (
 )
 from clearance.metrics.metrics import metrics
 from clearance.results.errors import TRAJECTORY, Error, Errors, share
-from clearance.results.memory import Memory, MemoryRecord
+from clearance.results.recorder import Memory, MemoryRecord
 from clearance.run.interrupts import DeferredSignals
 from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run

@@ -18,7 +18,7 @@ from scipy.stats import qmc
 from clearance.accuracy.by_differences import WIDTH
 from clearance.files.locks import replacing
 from clearance.files.texts import document_of
-from clearance.results.memory import MemoryRecord
+from clearance.results.recorder import MemoryRecord
 from clearance.run.run import Run
 from clearance.scene.parameter import varied
 from clearance.scene.scene import Scene

@@ -36,7 +36,7 @@ from clearance.accuracy.by_differences import (
 from clearance.identify.free import Beside, Free, Varying
 from clearance.metrics.metrics import Metric
 from clearance.metrics.of_points import of_point
-from clearance.results.memory import MemoryRecord
+from clearance.results.recorder import MemoryRecord
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.run import Run
 from clearance.scene.parameter import Varied, varied

@@ -29,8 +29,8 @@ from clearance.accuracy.by_differences import WIDTH, Impossible, Steps, reason_w
 from clearance.identify.free import Beside, Free, Varying
 from clearance.identify.measured import Measured
 from clearance.metrics.sensor import filtered
-from clearance.results.memory import MemoryRecord
 from clearance.results.record import cubic
+from clearance.results.recorder import MemoryRecord
 from clearance.run.run import Run
 from clearance.scene.scene import Scene
 from clearance.values import checks

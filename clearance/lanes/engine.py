@@ -20,8 +20,8 @@ from clearance.stepping.state import SPOT_VALUES
 from clearance.stepping.types import DIGEST
 from clearance.tracing.elementary import INT32
 from clearance.tracing.ir import DOUBLE, INT64
+from clearance.tracing.kernels import scheduled
 from clearance.tracing.lanes import Lanes
-from clearance.tracing.schedule import scheduled
 
 #: of all that pieces are traced from; `Code` adds those of tracing
 SOURCES = f"{digest_of_code(*sorted(Path(__file__).parent.glob('*.py')))} {DIGEST}"

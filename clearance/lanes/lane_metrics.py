@@ -48,8 +48,8 @@ from clearance.metrics.metrics import (
 from clearance.metrics.of_points import is_dry, of_point, peak_means, statistics
 from clearance.results.errors import TRAJECTORY
 from clearance.results.extremes import BOTH, Extreme
-from clearance.results.memory import Memory, MemoryRecord
 from clearance.results.record import Record
+from clearance.results.recorder import Memory, MemoryRecord
 from clearance.run.diagnosis import doubtful
 from clearance.run.force_hole import checkable
 from clearance.run.ideal_motion import ideal_motion

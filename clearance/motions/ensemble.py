@@ -13,8 +13,7 @@ from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.dead_centre import DeadCentre, transferred
 from clearance.metrics.by_turn import Series, by_turn
 from clearance.metrics.statistics import FEWEST
-from clearance.results.memory import Memory, MemoryRecord, Ranges
-from clearance.results.recorder import Recorder
+from clearance.results.recorder import Memory, MemoryRecord, Ranges, Recorder
 from clearance.run.observers import Observer
 from clearance.run.options import SAMPLES_PER_TURN, Solver, Span
 from clearance.run.recording import Recording

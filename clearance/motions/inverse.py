@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from clearance.motions.prescribed import Explicit
-from clearance.results.memory import Memory
 from clearance.results.record import Record
-from clearance.results.recorder import Recorder
+from clearance.results.recorder import Memory, Recorder
 from clearance.results.result import Result
 from clearance.results.stream import Stream, Unwritable
 from clearance.run.options import Demand, affordable, span_of

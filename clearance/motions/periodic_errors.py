@@ -29,8 +29,8 @@ from clearance.accuracy.companion import (
 from clearance.accuracy.horizon import NotSolved
 from clearance.motions.maps import Motion, NotPeriodic, Section
 from clearance.motions.shooting import Fixed
-from clearance.results.memory import MemoryRecord
 from clearance.results.record import Record
+from clearance.results.recorder import MemoryRecord
 from clearance.run.recording import remember_run
 from clearance.run.run import Run
 

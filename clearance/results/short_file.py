@@ -14,8 +14,8 @@ import numpy as np
 from clearance.files.locks import replacing, temporary_file
 from clearance.results import hdf5_image
 from clearance.results.hdf5_image import Attributes, Image, Unknown
-from clearance.results.memory import EVENT_COLUMNS, SOLVER_COLUMNS, Memory, Ranges, Samples
 from clearance.results.reading import ABOUT, MemoryReader, checked
+from clearance.results.recorder import EVENT_COLUMNS, SOLVER_COLUMNS, Memory, Ranges, Samples
 from clearance.results.result import DIMENSIONS, EVENT_TEXTS, HeldResult, MemoryResult, Result
 from clearance.results.stream import (
     CHUNK,

@@ -7,8 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from clearance.results.memory import Memory, MemoryRecord
-from clearance.results.recorder import Recorder
+from clearance.results.recorder import Memory, MemoryRecord, Recorder
 from clearance.results.stream import Unwritable
 from clearance.run.diagnosis import Diagnosis
 from clearance.run.interrupts import DeferredSignals, ended

@@ -15,14 +15,13 @@ from clearance.results.record import Record
 from clearance.run import observers
 from clearance.run.interrupts import DeferredSignals
 from clearance.run.method import Method
-from clearance.run.natural_sizes import take_sizes
 from clearance.run.options import (
     FINEST,
     Solver,
     Span,
     longest_step,
 )
-from clearance.run.outputs import watched_of
+from clearance.run.outputs import take_sizes, watched_of
 from clearance.run.start import state_from
 from clearance.stepping import status
 from clearance.stepping.state import (

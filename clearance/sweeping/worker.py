@@ -14,8 +14,8 @@ from clearance.accuracy.by_differences import Impossible, Sensing, reason_withou
 from clearance.accuracy.point_errors import Stating
 from clearance.metrics.metrics import Metric, own
 from clearance.metrics.of_points import of_point
-from clearance.results.memory import Memory, MemoryRecord
 from clearance.results.record import Record
+from clearance.results.recorder import Memory, MemoryRecord
 from clearance.results.short_file import ShortFile
 from clearance.results.stream import FULL
 from clearance.run.ideal_motion import ideal_motion

@@ -2,9 +2,8 @@
 
 from collections.abc import Callable, Iterable
 
-from clearance.tracing.emission import Program, Writer
 from clearance.tracing.function import Loop
-from clearance.tracing.schedule import Branch, scheduled
+from clearance.tracing.kernels import Branch, Program, Writer, scheduled
 from clearance.tracing.trace import COMPARISONS, Scalar, text
 
 #: names that C or its library has

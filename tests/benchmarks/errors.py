@@ -32,7 +32,7 @@ from clearance.accuracy.companion import (
 )
 from clearance.accuracy.request import Request, ToleranceSearch, printed
 from clearance.metrics.metrics import metrics
-from clearance.results.memory import MemoryRecord
+from clearance.results.recorder import MemoryRecord
 from clearance.run.run import Run
 from clearance.simulation import prepare
 from clearance.stepping import loop

@@ -20,7 +20,7 @@ sys.path.insert(0, str(ROOT))
 
 import clearance as cl  # noqa: E402
 from clearance.metrics.of_points import of_point  # noqa: E402
-from clearance.results.memory import Memory  # noqa: E402
+from clearance.results.recorder import Memory  # noqa: E402
 from clearance.run.ideal_motion import ideal_motion  # noqa: E402
 from clearance.run.recording import attributes_of, record_run  # noqa: E402
 from clearance.scene.catalogue import find_case  # noqa: E402

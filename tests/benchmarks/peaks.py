@@ -14,7 +14,7 @@ import numpy as np
 from publishing import publish, require
 
 import clearance as cl
-from clearance.results.memory import Memory
+from clearance.results.recorder import Memory
 from clearance.run.recording import record_run
 from clearance.run.run import Run
 from clearance.simulation import prepare

@@ -21,8 +21,7 @@ from clearance.laws.film import arc_integrals, harmonic_share
 from clearance.laws.law import BoundLaw
 from clearance.laws.materials import Material, steel
 from clearance.laws.worn_asperity import moments
-from clearance.results.memory import Memory
-from clearance.results.recorder import Recorder
+from clearance.results.recorder import Memory, Recorder
 from clearance.run import force_hole
 from clearance.run.diagnosis import Diagnosis
 from clearance.scene.joint_options import ASPERITIES, CONTACTS, FRICTIONS, TRANSITIONS, Pair

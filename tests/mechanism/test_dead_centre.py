@@ -12,7 +12,7 @@ import clearance as cl
 from clearance.mechanism.build import build
 from clearance.mechanism.dead_centre import Motion, dead_centre
 from clearance.motions.maps import NotPeriodic
-from clearance.results.memory import Memory
+from clearance.results.recorder import Memory
 from clearance.run.recording import record_run, remember_run
 from clearance.simulation import prepare, reopened
 from clearance.stepping import status

@@ -7,8 +7,8 @@ import pytest
 
 import clearance as cl
 from clearance.results import extremes as integrals
-from clearance.results import memory as samples
-from clearance.results.memory import Samples
+from clearance.results import recorder as samples
+from clearance.results.recorder import Samples
 
 
 def taken(random, width: int, pieces: int) -> tuple[Samples, np.ndarray, np.ndarray]:

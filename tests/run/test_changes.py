@@ -5,7 +5,7 @@ import pytest
 
 import clearance as cl
 from clearance.mechanism.build import build, changed
-from clearance.results.memory import Memory
+from clearance.results.recorder import Memory
 from clearance.run.observers import Observer
 from clearance.run.options import Output
 from clearance.run.recording import record_run

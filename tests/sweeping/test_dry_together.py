@@ -8,7 +8,7 @@ import pytest
 import clearance as cl
 from clearance.lanes.point_numbers import NotForLanes
 from clearance.metrics.of_points import of_point
-from clearance.results.memory import Memory
+from clearance.results.recorder import Memory
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.recording import attributes_of, record_run
 from clearance.scene.catalogue import find_case

@@ -21,7 +21,7 @@ from clearance.metrics import metrics as defined
 from clearance.metrics.metrics import Window, integrating, metrics, own
 from clearance.metrics.of_points import of_point
 from clearance.results.extremes import Extremes, guides
-from clearance.results.memory import Memory
+from clearance.results.recorder import Memory
 from clearance.run import ideal_motion as ideals
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.options import Span
