@@ -462,6 +462,25 @@ effort = Family("effort", ("time", "position", "rate"), 1)
 #: torque or force)
 drive_state = Family("drive_state", ("state", *effort.state), 2)
 
+#: the families, to decorate laws of one's own with, and the laws by family
+FAMILIES = (
+    contact,
+    friction,
+    bristle,
+    joint_friction,
+    joint_bristle,
+    film,
+    pad,
+    asperity,
+    loaded_film,
+    transition,
+    spring,
+    signal,
+    effort,
+    drive_state,
+    surface_wear,
+)
+
 
 def bound(field: str, value: object, *families: Family) -> BoundLaw | None:
     """Check that a physics slot holds a bound law of its families (or None); a law that needs

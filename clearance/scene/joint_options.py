@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 
 from clearance import elements, laws
@@ -48,9 +49,10 @@ class Pair:
         return laws.hertz_stiffness(self.radius, self.clearance, self.material)
 
 
-def _named(families: tuple, trait: str, parameter: str, complete: Callable) -> dict[str, Callable]:
+def _named(family: str, trait: str, parameter: str, complete: Callable) -> dict[str, Callable]:
     """Name -> the law by a trait, and where it has none by complete(law, ...) from a parameter."""
-    members = [law for law in vars(laws).values() if getattr(law, "family", None) in families]
+    module = vars(import_module(f"clearance.laws.{family}"))
+    members = [module[n] for n in sorted(module) if isinstance(module[n], laws.Law)]
     by_trait = {law.name: getattr(law, trait) for law in members if getattr(law, trait)}
     others = [law for law in members if parameter in law.given and law.name not in by_trait]
     return {law.name: partial(complete, law) for law in others} | by_trait
@@ -58,14 +60,14 @@ def _named(families: tuple, trait: str, parameter: str, complete: Callable) -> d
 
 #: name -> the law for a pair of bodies and a restitution
 CONTACTS = _named(
-    (laws.contact,),
+    "contact",
     "from_restitution",
     "restitution",
     lambda law, pair, e: law(restitution=e).of(pair),
 )
 #: name -> the law for a coefficient of friction
 FRICTIONS = _named(
-    (laws.friction, laws.bristle),
+    "friction",
     "from_coefficient",
     "coefficient",
     lambda law, mu: law(coefficient=mu),

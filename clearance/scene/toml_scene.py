@@ -301,7 +301,8 @@ def laws_for(field: Field | None) -> dict[str, Law | Callable]:
     """Laws of the package that may stand in a field, by name."""
     number = field.metadata.get("number")
     families = number.families if number else field.metadata["law"]
-    by_name = {n: v for n, v in vars(laws).items() if isinstance(v, Law) and v.family in families}
+    every = {n: getattr(laws, n) for n in laws.__all__}
+    by_name = {n: v for n, v in every.items() if isinstance(v, Law) and v.family in families}
     for family in families:
         by_name |= MAKERS.get(family.name, {})
     return dict(sorted(by_name.items()))
