@@ -40,7 +40,7 @@ def scene_of(options):
     Raises ValueError for options that the file has, and where the run cannot be made again.
     """
     from clearance.run.again import again
-    from clearance.scene.catalogue import Case, Parameter
+    from clearance.scene.case import Case, Parameter
 
     for name, usual in options.usual.items():
         if getattr(options, name) != usual:

@@ -24,7 +24,7 @@ from pathlib import Path
 from clearance.files.sealed import parsed
 from clearance.files.texts import digest
 from clearance.mechanism.build import Mechanism
-from clearance.scene.catalogue import Case
+from clearance.scene.case import Case
 from clearance.version import VERSION
 
 LOG = logging.getLogger("clearance")

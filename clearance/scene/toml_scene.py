@@ -22,7 +22,7 @@ from clearance.film.pad_law import pad_film
 from clearance.laws.law import Law
 from clearance.laws.materials import Material
 from clearance.laws.outline import worn
-from clearance.scene.catalogue import Case, Parameter
+from clearance.scene.case import Case, Parameter
 from clearance.scene.document import KINDS, Misplaced, Parts, at, law_in, module_of
 from clearance.scene.scene import Scene
 from clearance.scene.user_module import module_of as module_of_file

@@ -15,7 +15,7 @@ from clearance.files.texts import text_of
 from clearance.film import names
 from clearance.laws.law import BoundLaw
 from clearance.laws.materials import Lubricant, Material, steel
-from clearance.scene.catalogue import Parameter
+from clearance.scene.case import Parameter
 from clearance.scene.document import KINDS, NONE, at
 from clearance.scene.toml_scene import FUNCTIONS, MEASURED, PARAMETER, SECTIONS, scene_file
 from clearance.values.units import quantity

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from clearance.accuracy.point_errors import Stating
 from clearance.run.recording import record_run
-from clearance.scene.catalogue import AnyCase, Case, find_case
+from clearance.scene.case import Case
+from clearance.scene.catalogue import AnyCase, find_case
 from clearance.simulation import prepare
 from clearance.sweeping.points import grid
 from clearance.sweeping.scatter import (

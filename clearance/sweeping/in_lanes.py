@@ -26,7 +26,7 @@ from clearance.lanes.possible import possible
 from clearance.mechanism.build import acceleration_of, tables_of
 from clearance.run.options import Span, longest_step
 from clearance.run.run import Run
-from clearance.scene.catalogue import Case
+from clearance.scene.case import Case
 from clearance.scene.scene import Scene
 from clearance.simulation import prepare
 from clearance.stepping import status

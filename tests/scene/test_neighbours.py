@@ -13,7 +13,8 @@ import pytest
 
 import clearance as cl
 from clearance.run.inputs import modules_of
-from clearance.scene.catalogue import Case, find_case
+from clearance.scene.case import Case
+from clearance.scene.catalogue import find_case
 
 CASE = """
 import clearance as cl
