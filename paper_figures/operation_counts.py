@@ -10,7 +10,7 @@ import numpy as np
 
 from clearance.mechanism.structure import Structure
 from clearance.motions.prescribed import STRETCH, Explicit
-from clearance.tracing.kernels import kernel_text
+from clearance.tracing.emission import kernel_text
 
 KINDS = ("additions", "multiplications", "divisions", "functions")
 #: what a joint puts on its body b

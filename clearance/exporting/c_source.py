@@ -8,7 +8,7 @@ from clearance.exporting.model import Model
 from clearance.stepping import control, rodas5p, tableaus
 from clearance.stepping.state import SPOT_VALUES
 from clearance.tracing.c_text import KERNEL, CWriter, value
-from clearance.tracing.kernels import called, scheduled
+from clearance.tracing.emission import called, scheduled
 from clearance.tracing.trace import derived
 from clearance.version import VERSION
 

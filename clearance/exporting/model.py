@@ -20,8 +20,9 @@ from clearance.mechanism.numbers import Numbers, numbers_of
 from clearance.scene.parameter import number_of
 from clearance.scene.scene import Scene
 from clearance.stepping.control import BAND
+from clearance.tracing.emission import Writer, scheduled
 from clearance.tracing.function import Answer, Opaque
-from clearance.tracing.kernels import Writer, plain, scheduled
+from clearance.tracing.kernels import plain
 from clearance.tracing.trace import Scalar, Trace, Value, live, text
 from clearance.values.spots import BLENDED
 

@@ -21,9 +21,10 @@ from typing import NamedTuple
 import numpy as np
 
 from clearance.machine.store import KERNEL, address, caller, njit
+from clearance.tracing.emission import Program, kernel_text
 from clearance.tracing.function import Expansion
 from clearance.tracing.interpreter import Execution, traced
-from clearance.tracing.kernels import Program, kernel, kernel_text
+from clearance.tracing.kernels import kernel
 from clearance.tracing.trace import Trace
 
 SMALL = 1e-2  # a dt below which the step is written as a series

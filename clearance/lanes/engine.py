@@ -19,8 +19,8 @@ from clearance.mechanism.structure import Structure
 from clearance.stepping.state import SPOT_VALUES
 from clearance.stepping.types import DIGEST
 from clearance.tracing.elementary import INT32
+from clearance.tracing.emission import scheduled
 from clearance.tracing.ir import DOUBLE, INT64
-from clearance.tracing.kernels import scheduled
 from clearance.tracing.lanes import Lanes
 
 #: of all that pieces are traced from; `Code` adds those of tracing

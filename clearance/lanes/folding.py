@@ -4,8 +4,8 @@ What follows from such numbers alone is worked out once, and so are the places o
 by a constant becomes a product.
 """
 
+from clearance.tracing.emission import Program
 from clearance.tracing.function import Expansion, Function
-from clearance.tracing.kernels import Program
 from clearance.tracing.trace import Scalar, Trace, is_number, live
 
 

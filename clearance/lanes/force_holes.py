@@ -9,7 +9,7 @@ from clearance.lanes import lane_kernels
 from clearance.lanes.code import Code, callable_at, evaluated, natural_width, new_module
 from clearance.lanes.engine import SOURCES
 from clearance.run.force_hole import KERNELS, loads_of, met, numbers_of
-from clearance.tracing.kernels import kernel_text
+from clearance.tracing.emission import kernel_text
 
 
 class ForceHoles:

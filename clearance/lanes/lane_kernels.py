@@ -3,7 +3,8 @@
 import llvmlite.ir as ir
 
 from clearance.lanes.code import begin
-from clearance.tracing.kernels import Program, addresses
+from clearance.tracing.emission import Program
+from clearance.tracing.kernels import addresses
 from clearance.tracing.lanes import Lanes
 
 ARRAYS = ("t", "y", "par", "work", "out", "data")

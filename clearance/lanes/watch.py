@@ -13,7 +13,7 @@ import numpy as np
 from clearance.lanes.rows import Piece, Rows
 from clearance.lanes.steps import Entries, Shape
 from clearance.stepping import control
-from clearance.tracing.kernels import Program, kernel_text
+from clearance.tracing.emission import Program, kernel_text
 
 ROUGH = 45.0 * 3e-8  # 45 times the share of a sum that Simpson's rule may err by in a step
 

@@ -27,8 +27,8 @@ from clearance.mechanism.loops import offsets, wrong_turn
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import Attachment, Group, Plan
 from clearance.scene.scene import Scene
+from clearance.tracing.emission import function_text
 from clearance.tracing.function import Function
-from clearance.tracing.kernels import function_text
 from clearance.tracing.trace import Trace, Value, is_zero, live
 
 Twist = tuple  # (x, y, turning): rates of a centre of mass and of an angle

@@ -28,9 +28,9 @@ from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import Plan
 from clearance.scene.scene import Scene
 from clearance.tracing import kernels
+from clearance.tracing.emission import Program, derive_text, kernel_text
 from clearance.tracing.function import Expansion, Opaque
 from clearance.tracing.interpreter import fingerprint
-from clearance.tracing.kernels import Program, derive_text, kernel_text
 from clearance.tracing.trace import DerivedParameters, Trace, is_value
 from clearance.values import checks
 

@@ -14,9 +14,10 @@ import numpy as np
 from clearance.elements import ClearanceRevolute
 from clearance.elements.regimes import FULL_FILM
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, Law, memory_film
+from clearance.tracing.emission import Program, kernel_text
 from clearance.tracing.function import Function, Loop
 from clearance.tracing.interpreter import traced
-from clearance.tracing.kernels import Program, kernel, kernel_text
+from clearance.tracing.kernels import kernel
 from clearance.tracing.trace import Trace
 from clearance.values import checks
 

@@ -1,6 +1,6 @@
-"""What a run takes from its mechanism: natural sizes of its states, which errors are relative to,
-free ways of its spots, and outputs that the loop looks at where steps end: those with located
-extremes or integrals over time, contacts, angles, energies.
+"""Numbers that a run takes from its mechanism: natural sizes of its states, which errors are
+relative to, free ways of its spots, and outputs that the loop looks at where steps end: those with
+located extremes or integrals over time, contacts, angles, energies.
 """
 
 from functools import cached_property, partial

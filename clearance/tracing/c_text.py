@@ -2,8 +2,8 @@
 
 from collections.abc import Callable, Iterable
 
+from clearance.tracing.emission import Branch, Program, Writer, scheduled
 from clearance.tracing.function import Loop
-from clearance.tracing.kernels import Branch, Program, Writer, scheduled
 from clearance.tracing.trace import COMPARISONS, Scalar, text
 
 #: names that C or its library has

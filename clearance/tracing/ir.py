@@ -12,8 +12,8 @@ import llvmlite.ir as ir
 
 from clearance.machine.store import FUSES, for_range
 from clearance.tracing.elementary import FUNCTIONS, Functions
+from clearance.tracing.emission import Branch, Program, called, scheduled
 from clearance.tracing.function import Answer, Function, Loop, Opaque
-from clearance.tracing.kernels import Branch, Program, called, scheduled
 from clearance.tracing.trace import Scalar
 
 DOUBLE, INT64, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)

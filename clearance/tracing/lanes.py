@@ -9,8 +9,8 @@ import llvmlite.ir as ir
 
 from clearance.machine.store import FUSES
 from clearance.tracing.elementary import FUNCTIONS, INT32, INT64, Functions, Number
+from clearance.tracing.emission import Branch
 from clearance.tracing.ir import DOUBLE, Lowering
-from clearance.tracing.kernels import Branch
 from clearance.tracing.trace import Scalar, is_number
 
 FEWEST = 2  # numbers in a row worth reading together

@@ -243,6 +243,8 @@ def test_laws_import_only_math():
             "dataclasses",
             "functools",
             "itertools",
+            "sys",
+            "types",
             "numpy",
         }, path
 

@@ -14,7 +14,7 @@ from clearance.lanes.folding import Folding
 from clearance.lanes.group import Group
 from clearance.lanes.watch import Quantity, Reduction, Watch
 from clearance.mechanism.build import build
-from clearance.tracing.kernels import Program
+from clearance.tracing.emission import Program
 from clearance.tracing.trace import Trace
 from tests.mechanism.test_kernels import SCENES, moved, sizes
 

@@ -9,7 +9,7 @@ from clearance.paper_figures import chain_operations, operation_counts
 import clearance as cl
 from clearance.mechanism.loops import solver
 from clearance.motions.prescribed import Explicit
-from clearance.tracing.kernels import function_text
+from clearance.tracing.emission import function_text
 from tests import mechanisms
 from tests.oracles import routes
 

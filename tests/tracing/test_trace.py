@@ -8,17 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from clearance.tracing.emission import Program, Writer, called, derive_text, kernel_text, scheduled
 from clearance.tracing.function import Function
-from clearance.tracing.kernels import (
-    Program,
-    Writer,
-    called,
-    derive_text,
-    kernel_text,
-    plain,
-    plain_kernel,
-    scheduled,
-)
+from clearance.tracing.kernels import plain, plain_kernel
 from clearance.tracing.trace import DerivedParameters, Trace
 
 
