@@ -39,8 +39,7 @@ class Spring(Load):
         law = getattr(self, self.slot)
         if law is None or law.law.engaged is None:
             return []
-        way = law.law.engaged[1](law.values)
-        return [Spot(BLENDED, way)] if way > 0.0 else []
+        return [Spot(BLENDED, law.law.engaged[1](law.values))]
 
     @property
     def lost(self) -> str:

@@ -129,8 +129,8 @@ class Law:
     limit: Callable | None = None  # of contacts: penetration [m] that it is meant for
     #: of laws of time: times [s] at which a slope jumps, by parameters; steps end there
     kinks: Callable | None = None
-    #: of springs: depth into contact and its rate, by the law's arguments; free way before it [m]
-    #: by parameters, 0 where nothing sets in. No step crosses the begin of a contact
+    #: of springs: depth into contact and its rate, by the law's arguments; free way before it [m],
+    #: by parameters. No step crosses the begin of a contact
     engaged: tuple[Callable, Callable] | None = None
     #: of contacts: the law for a pair of bodies and a restitution, where no parameter is that
     from_restitution: Callable | None = None

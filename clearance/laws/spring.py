@@ -30,9 +30,9 @@ def _in_flank(elongation, rate, stiffness, play, dissipation):
     return abs(elongation) - 0.5 * play, rate if elongation > 0.0 else -rate
 
 
-#: contacts of `stop`, which without play has no way of its own, and of `backlash`
+#: contacts of `stop` and `backlash`; without play they have no way of their own
 STOP = _in_stop, lambda values: values["play"] or 1.0
-FLANKS = _in_flank, lambda values: 0.5 * values["play"]
+FLANKS = _in_flank, lambda values: 0.5 * values["play"] or 1.0
 
 
 @spring(stiffness=positive, play=non_negative, dissipation=non_negative, engaged=STOP)

@@ -82,6 +82,14 @@ def test_a_linear_law_is_the_linear_spring():
     np.testing.assert_allclose(x, exact, atol=1e-9)
 
 
+def test_backlash_without_play_is_the_linear_spring():
+    """Its contact sets in nowhere: a cosine, to 100 times the tolerance of the run."""
+    law = cl.backlash(stiffness=100.0, play=0.0)
+    result = cl.simulate(oscillator(tension=law), until=3.0, samples=31, rtol=1e-9, error=None)
+    exact = 0.2 + 0.02 * np.cos(10.0 * result.time)
+    np.testing.assert_allclose(result["slide"].x, exact, atol=100.0 * 1e-9 * 0.02)
+
+
 def test_the_period_of_a_hardening_spring():
     """Duffing: T = 4 K(m) / sqrt(k + k_3 a^2), m = k_3 a^2 / (2 (k + k_3 a^2)); the complete
     elliptic integral by the arithmetic-geometric mean. Energy is conserved: the ledger counts the
