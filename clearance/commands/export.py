@@ -2,7 +2,14 @@
 
 import argparse
 
-from clearance.commands.common import DONE, add_case, add_command, json_text, scene_of
+from clearance.commands.common import (
+    DONE,
+    add_case,
+    add_command,
+    json_text,
+    log_to_terminal,
+    scene_of,
+)
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -30,6 +37,8 @@ def run(options) -> int:
         raise ValueError("export: give --fmu FILE.fmu, --c FOLDER or --page FILE.html")
     if options.check and options.fmu is None:
         raise ValueError("export: --check needs --fmu FILE.fmu")
+    if not options.json:
+        log_to_terminal()
     _, values, scene = scene_of(options)
     exported = export(scene, c=options.c, fmu=options.fmu, page=options.page)
     model = exported.model

@@ -5,6 +5,7 @@ The same scene gives the same bytes.
 
 import hashlib
 import io
+import logging
 import shutil
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from clearance.exporting.c_source import INTERFACE, PAGE, RUNTIME, files
 from clearance.exporting.description import ADVICE, Description, build_description, identifier
 from clearance.exporting.model import Model
 
+LOG = logging.getLogger("clearance")
 #: platforms of FMI with the targets of zig and the endings of their libraries
 TARGETS = {
     "x86_64-linux": ("x86_64-linux-gnu.2.17", ".so"),
@@ -79,6 +81,7 @@ def module(model: Model) -> bytes:
 
 def _compiled(command: list[str], path: str, sources: dict[str, str]) -> bytes:
     """The bytes of one library."""
+    LOG.info("compiling %s", path)
     with tempfile.TemporaryDirectory() as folder:
         for name, text in sources.items():
             (Path(folder) / name).write_text(text, encoding="utf-8")
