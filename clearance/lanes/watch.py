@@ -15,7 +15,8 @@ from clearance.lanes.steps import Entries, Shape
 from clearance.stepping import control
 from clearance.tracing.emission import Program, kernel_text
 
-ROUGH = 45.0 * 3e-8  # 45 times the share of a sum that Simpson's rule may err by in a step
+#: 45 times the share of a sum that Simpson's rule may err by in a step: at most, and over rtol
+ROUGH, FINE = 45.0 * 3e-8, 45.0 * 0.03
 
 
 @dataclass(frozen=True)
@@ -172,12 +173,13 @@ def integrate(piece: Piece, watch: Watch, moment: Moment, row: list, inner: list
     within = piece.both(taken, piece.above(piece.one("within"), 0.5))
     middles = (value for _, value in stepped(piece, watch, inner))
     panels, rough = {}, [piece.none(within)]
+    share = piece.smallest(ROUGH, piece.trace.mul(FINE, piece.one("rtol")))
     for (k, value), middle in zip(stepped(piece, watch, row), middles, strict=True):
         before, total = piece.one("at_end", k), piece.one("sums", k)
         panels[k] = panel = width * ((before + 4.0 * middle + value) * (1.0 / 6.0))
         bend = middle - 0.5 * (before + value)
         size = piece.largest(before, middle, value)
-        rough.append(piece.above(width * bend * bend, ROUGH * size * (total + panel)))
+        rough.append(piece.above(width * bend * bend, share * size * (total + panel)))
         piece.set_one("at_begin", k, before)
         piece.set_one("at_middle", k, middle)
         piece.set_one("at_end", k, piece.choose(taken, value, before))
