@@ -1,5 +1,6 @@
 """Springs and dampers: between two points, and between two bodies."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 from clearance.elements.body import Body, Point
@@ -8,6 +9,9 @@ from clearance.elements.quantities import ZERO, law, number
 from clearance.laws.law import BoundLaw, spring
 from clearance.values import checks
 from clearance.values.spots import BLENDED
+
+#: elongations at which a law is looked at for a free way [m or rad]
+SIZES = tuple(10.0**e for e in range(-7, 2))
 
 
 class Spring(Load):
@@ -40,6 +44,21 @@ class Spring(Load):
         if law is None or law.law.engaged is None:
             return []
         return [Spot(BLENDED, law.law.engaged[1](law.values))]
+
+    def doubts(self) -> list[str]:
+        texts, law = super().doubts(), getattr(self, self.slot)
+        if law is None or law.law.engaged is not None:
+            return texts
+        forces = []
+        for size in SIZES:
+            with suppress(ArithmeticError, ValueError):
+                forces += law(-size, 0.0), law(size, 0.0)
+        if 0.0 in forces and any(forces):
+            reason = (
+                "sets in after a free way, which a step may pass; state engaged=, see the guide"
+            )
+            texts.append(f"{self.label()}: {law.law.name} {reason}, or take max_step")
+        return texts
 
     @property
     def lost(self) -> str:

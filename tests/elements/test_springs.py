@@ -183,6 +183,36 @@ def test_a_mass_bounces_on_a_stop():
         assert abs(result["slide"].y[-1] - (0.1 - play + height)) < 200.0 * 1e-8 * 20.0 * height
 
 
+@cl.spring
+def bumper(elongation, rate, stiffness, way):
+    """T = -k d, d = -x - way > 0 [N]."""
+    return -stiffness * max(-elongation - way, 0.0)
+
+
+def depth(elongation, rate, stiffness, way):
+    """Depth in the bumper and its rate."""
+    return -elongation - way, -rate
+
+
+located = cl.spring(engaged=(depth, lambda values: values["way"]))(bumper.function)
+
+
+@pytest.mark.parametrize("way", [0.0, 0.02])
+def test_a_law_that_sets_in_states_where(way):
+    """An own law with a free way warns, with `engaged=` it does not and runs as `stop` does."""
+    (text,) = oscillator(tension=bumper(stiffness=1e4, way=way)).loads[0].doubts()
+    assert "SpringDamper S: bumper sets in after a free way" in text
+    runs = []
+    for law in (located(stiffness=1e4, way=way), cl.stop(stiffness=1e4, play=way)):
+        slide = cl.Body("slide", 1.0, 1e-3, position=(0.22, 0.0), velocity=(-1.0, 0.0))
+        spring = cl.SpringDamper(cl.ground, slide, free_length=0.2, tension=law, name="S")
+        assert spring.doubts() == []
+        hinge = cl.Prismatic(cl.ground, slide, name="G")
+        scene = cl.Scene(hinge, spring, gravity=(0.0, 0.0))
+        runs.append(cl.simulate(scene, until=0.2, rtol=1e-9, error=None)["slide"].x[-1])
+    assert runs[0] == pytest.approx(runs[1], abs=1e-9) != 0.02
+
+
 def test_a_law_beside_stiffness_is_refused():
     """A law and a stiffness exclude each other."""
     with pytest.raises(ValueError, match="tension takes the place of stiffness and damping"):
