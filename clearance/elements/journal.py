@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from clearance.laws.elastic_gap import beyond
 from clearance.laws.film import (
     film_torques,
     flattened,
@@ -284,12 +285,14 @@ class Journal:
         if share.elastic is not None:  # it counts as contact from the threshold mixed on
             threshold = m.number(joint, "roughness") * m.number(joint, "transition/mixed")
             self.depth = threshold - self.gap
-        normal = share.contact * normal
-        w.show(joint, "contact_force", "N", "normal contact force", normal)
+        normal, load = share.contact * normal, 0.0
         if joint.asperity is not None:
             (load,) = m.law(joint, "asperity", [self.thickness_ratio], self.facts)
             w.show(joint, "asperity_force", "N", "load of the asperities", load)
-            normal = normal + load
+            if share.elastic is not None:
+                (normal,) = m.function(beyond, [normal, load])
+        w.show(joint, "contact_force", "N", "normal contact force", normal)
+        normal = normal + load
         if joint.film is not None:
             text = "share of asperities and contact in the load of film, asperities and contact"
             w.show(joint, "asperity_share", "1", text, normal / (normal + self._film_load()))

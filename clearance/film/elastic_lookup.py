@@ -78,10 +78,20 @@ def wedge_part(eps, turning):
     return wedge * wedge * wedge
 
 
-def size(radial, part):
-    """ln h, h = (|C_s|^2.5 + part)^(2/15): C_s^(1/3) or C_w^(2/5); radial = C_s / 12."""
+def squeezed(radial, part):
+    """|C_s|^2.5 + part; radial = C_s / 12."""
     squeeze = 12.0 * abs(radial)
-    return math.log(squeeze * squeeze * math.sqrt(squeeze + REST) + part + REST) / 7.5
+    return squeeze * squeeze * math.sqrt(squeeze + REST) + part + REST
+
+
+def size(radial, part):
+    """ln h, h = (|C_s|^2.5 + part)^(2/15): C_s^(1/3) or C_w^(2/5)."""
+    return math.log(squeezed(radial, part)) / 7.5
+
+
+def about(both):
+    """h within a tenth, of what it is a power of."""
+    return 0.88 * math.sqrt(math.sqrt(math.sqrt(both)))
 
 
 def dry(eps):
@@ -165,14 +175,20 @@ def looked(data, start, at, parts, x, third, angle):
     return a, b, c
 
 
-def motion(eccentricity_ratio, radial_rate, entrainment, joint, liner, follows):
-    """C_s / 12, as far as the film feels it, eps C_w / 12, and ln h."""
+def resolved(eps, radial_rate, entrainment, joint, liner, follows):
+    """C_s / 12, as far as the film feels it, and eps C_w / 12; h^(1/3), `place` and its x there,
+    and the angle of the motion.
+    """
     unit = joint.viscosity * joint.radius * joint.radius * liner / joint.clearance**3
-    radial, turning = unit * radial_rate, 0.5 * unit * eccentricity_ratio * entrainment
-    part = wedge_part(eccentricity_ratio, turning)
-    u = (1.0 - eccentricity_ratio) * math.exp(-size(radial, part))
+    radial, turning = unit * radial_rate, 0.5 * unit * eps * entrainment
+    part = wedge_part(eps, turning)
+    u = (1.0 - eps) / about(squeezed(radial, part))
     radial *= 1.0 - follows * (1.0 - yielding(u, radial, turning))
-    return radial, turning, size(radial, part)
+    log_h = size(radial, part)
+    third = math.exp(log_h / 3.0)
+    log_g, s, slope, wide = place(eps, third)
+    _, angle, _ = polar(radial, slope * turning)
+    return radial, turning, third, log_g, s, slope, wide, across(log_h, log_g), angle
 
 
 def elastic(
@@ -201,15 +217,11 @@ def elastic(
     Source: Conway and Lee, J. Lubr. Technol. 97 (1975) 599, the equation of long bearings.
     """
     first = int(start)
-    radial, turning, log_h = motion(
+    radial, turning, third, log_g, s, slope, _, x, angle = resolved(
         eccentricity_ratio, radial_rate, entrainment, joint, liner, follows
     )
-    third = math.exp(log_h / 3.0)
-    log_g, s, slope, _ = place(eccentricity_ratio, third)
-    _, angle, _ = polar(radial, slope * turning)
     still, w_r, w_t, _ = looked_up(data, first + int(data[first + 6]), -log_g, angle)
     pull, square, tangential = rigid(still, w_r, w_t, s, slope, radial, turning)
-    x = across(log_h, log_g)
     r_n, r_t, r_k = looked(data, first, first + HEAD, 3, x, third, angle)
     radial = pull - math.sqrt(dry(eccentricity_ratio) + math.exp(r_n) * square)
     tangential *= 1.0 + r_t
@@ -233,13 +245,9 @@ def films(
     [m].
     """
     first = int(start)
-    radial, turning, log_h = motion(
+    _, _, third, _, _, _, wide, x, angle = resolved(
         eccentricity_ratio, radial_rate, entrainment, joint, liner, follows
     )
-    third = math.exp(log_h / 3.0)
-    log_g, _, slope, wide = place(eccentricity_ratio, third)
-    _, angle, _ = polar(radial, slope * turning)
-    x = across(log_h, log_g)
     middle, least, _ = looked(data, first, first + int(data[first + 5]), 2, x, third, angle)
     half = 0.5 * joint.clearance * wide
     return half * math.exp(middle), half * math.exp(least)

@@ -2,7 +2,7 @@
 
 Each node is the mean of two meshes whose error of second order cancels. Their cells are smaller
 towards the thinnest film and towards the ends. A state that does not settle is drawn from its
-neighbours. So is oil that thickens and is squeezed too hard for a steady film.
+neighbours. Where thickening oil is squeezed too hard for a steady film, the values go on smoothly.
 """
 
 import math
@@ -29,6 +29,10 @@ EDGE = 1e-3  # from straight motion, where f_t over that of the rigid film has n
 OVER = 2e-4  # (f_q - f_r)^2 over f_dry^2 - 1, at least: the meshes' error at a contact
 CLOSEST = 0.25  # of the middle film and of its size at the wall: what stays between closer surfaces
 FADE = 0.1  # of -ln g, in which r_N and r_t grow from nothing
+#: alpha p up to which errors are stated; beyond which squeezed oil jumps to that of a solid
+VALID, THICKEST = 5.0, 6.0
+TURNED = 1.2  # angle of the motion from where none jumps
+SLOWER = 0.5  # by which values behind the last film go on, from node to node
 CHECKS = 24  # states that a table is tested at
 
 
@@ -59,15 +63,16 @@ class ElasticKey(Inputs):
     """Inputs of an elastic table.
 
     beta = alpha c / kappa; drag: see `elastic_film`. Roelands' oil has its viscosity [Pa s] and
-    kappa / c [1/Pa], 0 for Barus'. nodes over x, h^(1/3) and alpha, cells of the splines.
+    kappa / c [1/Pa], 0 for Barus'. nodes over x, h^(1/3) and alpha, cells of the splines; more
+    over h for oil that thickens.
     """
 
     beta: float = 0.0
     viscosity: float = 0.0
     softness: float = 0.0
     drag: str = DRAG
-    nodes: tuple[int, int, int] = (33, 9, 13)
-    cells: tuple[int, int, int] = (50, 12, 24)
+    nodes: tuple[int, ...] = ()
+    cells: tuple[int, ...] = ()
     mesh: tuple[int, int] = MESH
 
     made = ElasticTable
@@ -82,7 +87,9 @@ class ElasticKey(Inputs):
 
     def __post_init__(self):
         super().__post_init__()
-        checks.non_negative("film table: beta", self.beta)
+        n, cells = (17, 20) if checks.non_negative("film table: beta", self.beta) > 0.0 else (9, 12)
+        usual = {"nodes": (33, n, 13), "cells": (50, cells, 24)}
+        vars(self).update({n: value for n, value in usual.items() if not getattr(self, n)})
         check_drag("film table", self.drag)
 
     @property
@@ -94,6 +101,10 @@ class ElasticKey(Inputs):
     def faded(self) -> int:
         """Splines that are nothing at the centre; half a gap is wet there."""
         return FORCE - 1 if self.drag == WET else FORCE
+
+    def pressed(self, eps: float, values: np.ndarray) -> float:
+        """alpha p in the middle of a solved film."""
+        return self.beta * (values[3] - 1.0 + eps)
 
     def solved(self) -> np.ndarray:
         """Solve all nodes, fit the splines."""
@@ -124,7 +135,8 @@ class ElasticKey(Inputs):
         while len(errors) < CHECKS:
             third, angle = draw.uniform(0.25, 0.9), draw.uniform(0.1, 1.7)
             state = films.state(draw.uniform(0.15, 0.95), third, angle)
-            if (values := films.solve(*state, third)) is not None:
+            values = films.solve(*state, third)
+            if values is not None and self.pressed(state[0], values) < VALID:
                 ours = of_numbers(data, *state)
                 apart = math.hypot(ours[0] - values[0], ours[1] - values[1])
                 errors.append((apart / math.hypot(*values[:2]), abs(ours[2] / values[2] - 1.0)))
@@ -152,15 +164,17 @@ def quadratic(values: np.ndarray, axis: int, cells: int, begin) -> np.ndarray:
 
 
 def fill(values: np.ndarray) -> None:
-    """Give nodes without a film what their neighbours over alpha have, or those over x."""
-    for axis in (1, 0):
-        lines = np.moveaxis(values, axis, 0)
-        for index in np.ndindex(lines.shape[1:]):
-            line = lines[(slice(None), *index)]
-            empty = ~np.isfinite(line)
-            if empty.any() and not empty.all():
-                places = np.flatnonzero(empty), np.flatnonzero(~empty)
-                line[empty] = np.interp(*places, line[~empty])
+    """Give nodes without a film what their neighbours over x have; behind the last film the values
+    go on, ever slower.
+    """
+    slower = np.cumsum(SLOWER ** np.arange(1, len(values)))
+    for index in np.ndindex(values.shape[1:]):
+        line = values[(slice(None), *index)]
+        solved = np.flatnonzero(np.isfinite(line))
+        line[:] = np.interp(np.arange(len(line)), solved, line[solved])
+        last = solved[-1]
+        rise = line[last] - line[max(last - 1, 0)]
+        line[last + 1 :] += rise * slower[: len(line) - 1 - last]
 
 
 def of_numbers(data: np.ndarray, eps: float, radial: float, turning: float) -> tuple:
@@ -208,11 +222,14 @@ class Films:
         rows = np.full((count, FORCE + THICKNESS), math.nan)
         for i, x in enumerate(np.linspace(0.0, 1.0, count)):
             state = self.state(x, third, angle)
-            if (values := self.solve(*state, third)) is not None:
+            values = self.solve(*state, third)
+            most = THICKEST if angle < TURNED else math.inf
+            if values is not None and self.key.pressed(state[0], values) < most:
                 rows[i] = self.relative(*state, third, values)
             elif self.key.beta > 0.0:  # no film of thickening oil is squeezed so hard
                 break
             rows[i, : self.key.faded] *= fade(-elastic.place(state[0], third)[0])
+        rows[0] = np.nan_to_num(rows[0])
         rows[0, : self.key.faded] = 0.0
         return rows
 

@@ -261,6 +261,17 @@ _conserving = DataLaw(
 )
 
 
+@_conserving.doubts
+def _liner_beside_contact(joint, settings):
+    """A liner takes the journal through the wall by itself."""
+    if settings["liner"] > 0.0 and joint.transition is not None:
+        return (
+            "its liner yields to the oil alone; contact and asperities stand at the gap that a "
+            "rigid bearing has: leave contact and transition out"
+        )
+    return None
+
+
 def _memoryless(solver: str, mesh, **settings) -> BoundLaw:
     if settings["cavitation"] not in CAVITATIONS[:3]:
         raise ValueError(

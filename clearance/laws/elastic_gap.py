@@ -127,3 +127,9 @@ def centred(gap, clearance):
 def blended(weight, rigid, elastic):
     """Of a value for rigid surfaces and that for elastic ones."""
     return elastic + weight * (rigid - elastic)
+
+
+def beyond(contact, summits):
+    """Load of the contact beyond that of its summits [N]: these are how the surfaces touch."""
+    more = contact - summits
+    return 0.5 * (more + math.sqrt(more * more + 0.01 * summits * summits + 1e-30))

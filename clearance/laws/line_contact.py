@@ -103,9 +103,12 @@ def line_contact(load, speed, joint, modulus, pressure_viscosity, rest=1e-3):
     return math.exp(unit + four_regimes(m, l_, CENTRAL)), math.exp(unit - m) * MARTIN
 
 
-@line_contact.doubts
+@line_contact.demands
 def _half_spaces(joint, parameters):
     """A layer on a rigid base deflects as columns."""
     if joint.layer is None:
         return None
-    return "it takes half-spaces; a joint with a layer is meant for the film elastic"
+    return (
+        "takes half-spaces, and a layer deflects as columns: take the film elastic, without "
+        "contact and transition, or leave the layer out"
+    )

@@ -212,7 +212,7 @@ fuzzy.demands(_weights_fit)
 @fuzzy.doubts
 def _wide_or_twice(joint, parameters):
     """Roughness small against the clearance; asperities once."""
-    if joint.asperity is not None:
+    if joint.asperity is not None and joint.elastic is None:
         return "the asperity law adds its load to the weighted contact, which stands for it already"
     return _wide(joint, parameters)
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from clearance.elements import ClearanceRevolute
 from clearance.elements.regimes import FULL_FILM
+from clearance.laws.elastic_gap import beyond
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, Law, memory_film
 from clearance.tracing.emission import Program, kernel_text
 from clearance.tracing.function import Function, Loop
@@ -144,7 +145,7 @@ class RadialLoads:
             function = traced(self.laws[slot].function, self.laws[slot].kinds)
             return trace.call(function, [*state, *fixed])
 
-        if "elastic" in self.laws:
+        if elastic := "elastic" in self.laws:
             number = partial(self._number, numbers)
             shares = _elastic_shares(trace, self.laws, number, (gap, approach, entrainment), facts)
         else:
@@ -155,12 +156,14 @@ class RadialLoads:
         film = trace.select(off, 0.0, -share * radial)
         (usual,) = trace.call(traced(typical), [clearance, entrainment])
         impact = trace.select(trace.compare("gt", usual, approach), usual, approach)
-        entire = film + touching * law("contact", penetration, approach, impact)[0]
+        solid = touching * law("contact", penetration, approach, impact)[0]
         if "asperity" in self.laws:
-            thickness = thickness[0] if "elastic" in self.laws else gap
-            ratio = thickness / self._number(numbers, "roughness")
-            entire = entire + law("asperity", ratio, *facts)[0]
-        return film, entire
+            ratio = (thickness[0] if elastic else gap) / self._number(numbers, "roughness")
+            (summits,) = law("asperity", ratio, *facts)
+            if elastic:
+                (solid,) = trace.call(traced(beyond), [solid, summits])
+            solid = solid + summits
+        return film, film + solid
 
     def _loads(self, trace: Trace, numbers: list, gap, approach, entrainment) -> list:
         return trace.call(self._load, [gap, approach, entrainment, *numbers])

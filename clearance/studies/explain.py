@@ -94,9 +94,8 @@ def _line_contact(joint: Joint, frequency: float) -> str:
     root = math.sqrt(joint.viscosity * speed / (stiff * radius))
     material = joint.elastic.values["pressure_viscosity"] * stiff * math.sqrt(root)
     load = joint.length * stiff * radius * root
-    layer = "beside" if joint.layer else "without"
     numbers = f"the sum of speeds, L = {material:.2g} and M = 1 at {load:.3g} N"
-    return f"half-spaces, {layer} a layer: at {speed:.2g} m/s, {numbers}"
+    return f"half-spaces: at {speed:.2g} m/s, {numbers}"
 
 
 def _surfaces(joint: Joint) -> str:

@@ -24,6 +24,7 @@ from clearance.run.options import Solver, Span
 from clearance.run.run import Run
 from clearance.scene import joint_options
 from clearance.scene.catalogue import find_case
+from clearance.tracing.function import Expansion
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import compiled
 
@@ -93,11 +94,11 @@ def errors_of(forces: np.ndarray, wanted: np.ndarray, states: np.ndarray) -> tup
 
 
 def compiled_law(law: BoundLaw, slopes: bool) -> tuple[Callable, np.ndarray]:
-    """evaluate(states (t, 3), numbers, forces (t, 2)) of a film law (of a formula or a table), and
-    its numbers.
+    """evaluate(states (t, 3), numbers, forces (t, 2)) of a film law (of a formula or a table) as
+    kernels have it, and its numbers.
     """
     function = traced(law.law.function, law.law.kinds)
-    called = compiled(function.slopes((0, 1, 2)) if slopes else function)
+    called = compiled(Expansion().function(function.slopes((0, 1, 2)) if slopes else function))
     data = isinstance(law.law, DataLaw)
     numbers = np.asarray(law.source(JOINT).numbers, float) if data else np.zeros(1)
     facts = ", ".join(repr(float(v)) for v in (*JOINT, *law.numbers))

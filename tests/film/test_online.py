@@ -455,6 +455,33 @@ class TestMemory:
         assert ends[0] < ends[1] < ends[2]
         assert ends[1] - ends[0] == pytest.approx(0.1 * (ends[2] - ends[0]), rel=0.5)
 
+    @pytest.mark.parametrize("kind", ["fem", "rigid", "liner"])
+    def test_summits_count_once(self, kind):
+        """The load on a journal whose summits touch is that of the film less that of the summits at
+        its gap (rounding). A run with a liner warns that these stand at the rigid gap.
+        """
+        film = {
+            "fem": fem_film(),
+            "rigid": conserving_film(mesh=COARSE),
+            "liner": conserving_film(liner=2e-14, mesh=COARSE),
+        }[kind]
+        rough = {
+            "contact": cl.winkler(),
+            "transition": cl.load_sharing(),
+            "asperity": cl.greenwood_tripp(),
+            "roughness": 5e-6,
+        }
+        scene = loaded(film=film, mass=300.0, **rough)
+        result = cl.simulate(scene, until=0.01, samples=21)
+        ours, joint = result.joint("J"), scene.clearance_joints[0]
+        wanted = [joint.asperity(ratio, joint.film_joint) for ratio in ours.film_thickness_ratio]
+        assert max(wanted) > 100.0
+        assert ours.asperity_force == pytest.approx(wanted, rel=1e-12)
+        radial = ours.film_radial - ours.asperity_force - ours.contact_force
+        load = np.hypot(radial, ours.film_tangential)
+        assert np.hypot(ours.force_x, ours.force_y) == pytest.approx(load, rel=1e-12)
+        assert any("liner yields" in text for text in result.warnings) == (kind == "liner")
+
     def test_runs_repeat(self):
         """The same scene twice is the same to the last digit."""
         first, second = (run(conserving_film(mesh=COARSE), 0.005, 11) for _ in range(2))

@@ -2,6 +2,7 @@
 
 import csv
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -171,6 +172,37 @@ def test_no_hole_and_never_below_dry_contact(transition, seed):
     assert (np.array(hole.load) >= 0.98 * np.array(dry)).all()
 
 
+@pytest.mark.parametrize("transition", ["fuzzy", "load_sharing"])
+def test_summits_count_once(transition):
+    """Asperities that touch are how the contact carries: the solids carry the larger of both loads
+    (2 %). Their sum would be up to a quarter more.
+    """
+    asperity = None if transition == "load_sharing" else cl.greenwood_tripp()
+    scene = feeder(transition=transition, elastic="true", viscosity=1e-3, friction="none")
+    scene = scene.rebuilt(
+        element=lambda part: (
+            replace(part, asperity=asperity)
+            if asperity and isinstance(part, cl.ClearanceRevolute)
+            else part
+        )
+    )
+    joint = cl.simulate(scene, turns=2).joint("B")
+    law = scene.clearance_joints[0]
+    share = joint.membership_dry
+    if transition == "load_sharing":
+        ratio = joint.elastic_film / law.roughness
+        share = np.array([math.erfc(r / math.sqrt(2.0)) for r in ratio])
+    deflection = joint.elastic_film - joint.gap
+    alone = share * [law.contact(d, 0.0, 1.0) for d in deflection]
+    summits = joint.asperity_force
+    larger, solid = np.maximum(alone, summits), joint.contact_force + summits
+    carries = larger > 1.0
+    more = solid[carries] / larger[carries] - 1.0
+    assert summits.max() > 100.0
+    assert more.min() >= 0.0
+    assert more.max() < 0.02
+
+
 @pytest.mark.parametrize("joints", ["B", pytest.param("B,C,E", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("seed", few_of(range(50), 2))
 def test_random_feeders_run(joints, seed):
@@ -240,6 +272,13 @@ def test_a_run_says_where_it_is_elastic(typed, tmp_path):
     assert 0.0 < state["load_in_mixed"] < 1.0
     typed("report", path, "-o", tmp_path / "run.html")
     assert "Moes" in (tmp_path / "run.html").read_text()
+
+
+def test_a_layer_is_of_columns():
+    """A joint with a layer is refused, by the name of the film that is meant for it."""
+    joint = feeder(elastic="true").clearance_joints[0]
+    with pytest.raises(ValueError, match="columns: take the film elastic"):
+        replace(joint, layer=1e-3)
 
 
 def test_rigid_joints_have_nothing_of_it():
