@@ -22,7 +22,7 @@ from clearance.results.errors import AUTO, asks
 from clearance.results.record import Record, warn
 from clearance.results.result import MemoryResult, Result
 from clearance.results.short_file import ShortFile
-from clearance.results.stream import Stream, Unwritable, matching
+from clearance.results.stream import Content, Stream, Unwritable, matching
 from clearance.run.interrupts import DeferredSignals
 from clearance.run.options import (
     SAMPLES_PER_TURN,
@@ -462,15 +462,16 @@ def _sink(run: Run, output: Output, reason: str, remembering: bool) -> "Sink":
     path, numbers = output.path, run.span.samples * len(outputs)
     if path is None and not _in_memory(output, numbers):
         path = temporary_file()
-    options = path, outputs, attributes, channels, compression
     if output.checkpoint is not None:
         chosen_output = {"channels": channels and list(channels), "compression": compression}
         from clearance.run.checkpoint import PartsSink, identity_of
 
-        return PartsSink(*options, identity_of(run) | chosen_output)
+        content = Content(outputs, attributes, channels, compression)
+        return PartsSink(path, content, identity_of(run) | chosen_output)
+    content = Content(outputs, attributes, channels, compression, run.span.samples)
     if remembering or numbers <= SHORT:
-        return ShortFile(*options, run.span.samples, remembering=remembering)
-    return Stream(*options, run.span.samples)
+        return ShortFile(path, content, remembering)
+    return Stream(path, content)
 
 
 def _in_memory(output: Output, numbers: int) -> bool:

@@ -10,7 +10,7 @@ from clearance.motions.prescribed import Explicit
 from clearance.results.record import Record
 from clearance.results.recorder import Memory, Recorder
 from clearance.results.result import Result
-from clearance.results.stream import Stream, Unwritable
+from clearance.results.stream import Content, Stream, Unwritable
 from clearance.run.options import Demand, affordable, span_of
 from clearance.scene.scene import Scene
 from clearance.simulation import SimulationError
@@ -60,7 +60,7 @@ def _recorded(solver: Explicit, times, rows, failure, wall: float, path) -> Reco
     if path is None:
         sink = Memory(channels, attributes)
     else:
-        sink = Stream(Path(path), channels, attributes, expected=times.size)
+        sink = Stream(Path(path), Content(channels, attributes, expected=times.size))
     writer = Recorder(channels, sink)
     for joint in solver.scene.joints:
         writer.add_facts(f"joints/{joint.name}", **joint.facts)

@@ -7,6 +7,7 @@ import time
 import zlib
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,19 +19,15 @@ from clearance.results.reading import ABOUT, MemoryReader, checked
 from clearance.results.recorder import EVENT_COLUMNS, SOLVER_COLUMNS, Memory, Ranges, Samples
 from clearance.results.result import DIMENSIONS, EVENT_TEXTS, HeldResult, MemoryResult, Result
 from clearance.results.stream import (
-    CHUNK,
     FULL,
-    STEP_LOG,
+    Content,
     ImageSink,
     Stream,
     Unwritable,
     along_text,
     check_name,
     closing,
-    filters,
-    fits_path,
     lock_of,
-    matching,
     opening,
     ranged,
     spots,
@@ -52,38 +49,25 @@ class ShortFile(Memory):
     """
 
     image = b""
+    lasting = locked = True
 
-    def __init__(
-        self,
-        path: str | Path | None,
-        channels: list,
-        attributes: dict,
-        keep=None,
-        compression: int = 0,
-        expected: int = CHUNK,
-        lasting: bool = True,
-        locked: bool = True,
-        remembering: bool = False,
-    ):
-        logs = keep is None or any(fits_path(STEP_LOG, p) for p in keep)
-        super().__init__(channels, attributes, logs)
+    def __init__(self, path: str | Path | None, content: Content, remembering: bool = False):
+        super().__init__(content.channels, content.attributes, content.logs)
         self.given, self.remembering = None if path is None else Path(path), remembering
-        self.kept = matching(channels, keep)
-        self.about = opening(attributes)
-        self.options = channels, self.about, keep, compression, expected
-        self.rows_in_chunk = min(max(expected, 1), CHUNK)
-        self.lock = None
+        self.kept, self.lock = content.kept, None
+        self.about = opening(content.attributes)
+        self.content = replace(content, attributes=self.about)
         if self.given is not None:
-            self._check_path(locked)
-        filters(compression)
+            self._check_path()
+        (self.rows_in_chunk,) = content.layout["chunks"]
         self.groups: dict[str, Group] = {}
         self.stream: Stream | None = None
-        self.lasting, self.began, self.stored = lasting, time.perf_counter(), False
+        self.began, self.stored = time.perf_counter(), False
 
-    def _check_path(self, locked: bool) -> None:
+    def _check_path(self) -> None:
         check_name(self.given)
         self.given.parent.mkdir(parents=True, exist_ok=True)
-        if locked:
+        if self.locked:
             self.lock = lock_of(self.given)
 
     def _take(self, kind: str, *piece) -> None:
@@ -106,7 +90,7 @@ class ShortFile(Memory):
     def go_on(self) -> None:
         """Go on in a file as long runs do. Raises Unwritable where it does not take the pieces."""
         alone = self.lock is None or self.lock.held
-        self.stream = Stream(self.path, *self.options, alone=alone)
+        self.stream = Stream(self.path, self.content, alone)
         self.hand_on(self.stream)
         self.pieces = [piece for piece in self.pieces if self._remembers(piece[0])]
         if not self.remembering:
@@ -201,14 +185,14 @@ class ShortFile(Memory):
     def _made(self) -> bytes:
         """The file, from the image of one like it where the process has made two."""
         attributes, growing, tables = self._content()
-        made_once = hdf5_image.available() and not self.options[3]
+        made_once = hdf5_image.available() and not self.content.compression
         if made_once:
             shapes = hdf5_image.likeness(attributes, growing, tables, self.rows_in_chunk)
             named = tuple(self.channels[i] for i in self.kept), *spots(self.channels)
             key = *named, self.rows_in_chunk, shapes
             if (image := _images.get(key)) is not None:
                 return bytes(image.filled(attributes, growing | tables))
-        maker = ImageSink(self.given or Path("run.h5"), *self.options)
+        maker = ImageSink(self.given or Path("run.h5"), self.content)
         self.hand_on(maker)
         maker.close(*self.ended, self.groups)
         with maker.file as file:

@@ -9,6 +9,8 @@ import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 
@@ -95,13 +97,40 @@ class Unwritable(OSError):
         return self.strerror
 
 
+@dataclass(frozen=True)
+class Content:
+    """Parts of a run that its file has.
+
+    keep: patterns of the channels to keep (default all). compression: gzip level 0 to 9 of all
+        columns, 0: none. expected: rows to expect, where they are few.
+    """
+
+    channels: list
+    attributes: dict
+    keep: Sequence[str] | None = None
+    compression: int = 0
+    expected: int = CHUNK
+
+    @cached_property
+    def kept(self) -> list[int]:
+        """Places of the channels. Raises ValueError for a pattern that fits none."""
+        return matching(self.channels, self.keep)
+
+    @property
+    def logs(self) -> bool:
+        """True where the log of steps is kept."""
+        return self.keep is None or any(fits_path(STEP_LOG, p) for p in self.keep)
+
+    @property
+    def layout(self) -> dict:
+        """Settings of columns. Raises ValueError for what is no gzip level."""
+        return filters(self.compression) | {"chunks": (min(max(self.expected, 1), CHUNK),)}
+
+
 class Stream:
     """Writes a run into `<path>.partial` and gives it its final name when the run has ended.
 
-    keep: patterns of the channels to keep (default all). compression: gzip level 0 to 9 of all
-        columns, 0: none.
-    expected: rows to expect, where they are few. alone: somebody else sees to it that nobody else
-        writes this file.
+    alone: somebody else sees to it that nobody else writes this file.
     placed: whether the file has its final name. full: whether the disk refused a piece of the
         record. gone: whether the file could not be stored.
 
@@ -117,27 +146,17 @@ class Stream:
     # bytes of the file after the last flush; bytes that its record may have grown by since
     flushed = due = 0
 
-    def __init__(
-        self,
-        path: Path,
-        channels: list,
-        attributes: dict,
-        keep=None,
-        compression: int = 0,
-        expected: int = CHUNK,
-        alone: bool = False,
-    ):
+    def __init__(self, path: Path, stored: Content, alone: bool = False):
         self.path = Path(path)
         check_name(self.path)
-        self.channels, self.kept = channels, matching(channels, keep)
-        self.logs = keep is None or any(fits_path(STEP_LOG, p) for p in keep)
-        self.layout = filters(compression) | {"chunks": (min(max(expected, 1), CHUNK),)}
+        self.channels, self.kept = stored.channels, stored.kept
+        self.logs, self.layout = stored.logs, stored.layout
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self.partial = self.path.with_name(self.path.name + ".partial")
         if not alone:
             self._lock()
         try:
-            self._begin(channels, attributes)
+            self._begin(stored.attributes)
         except BaseException:
             self._release()
             raise
@@ -155,7 +174,7 @@ class Stream:
         if self.lock is not None:
             self.lock.release()
 
-    def _begin(self, channels: list, attributes: dict) -> None:
+    def _begin(self, attributes: dict) -> None:
         """Make the file, with the room that it needs to be closed in order."""
         self.closing = CLOSING + CLOSING_COLUMN * len(self.kept)
         about = checked(opening(attributes))

@@ -20,7 +20,7 @@ from clearance.files.locks import Lock, check_replaceable, folder_at, replacing
 from clearance.files.texts import document_of
 from clearance.results.reading import Damaged, arrays_of
 from clearance.results.result import Result
-from clearance.results.stream import Stream, Unwritable, add_groups, has_room, lock_of
+from clearance.results.stream import Content, Stream, Unwritable, add_groups, has_room, lock_of
 from clearance.run.observers import Observer
 from clearance.stepping import status
 
@@ -41,16 +41,11 @@ class PartsSink:
 
     placed = full = False
 
-    def __init__(
-        self, path: Path, channels: list, attributes: dict, keep, compression: int, identity: dict
-    ):
+    def __init__(self, path: Path, content: Content, identity: dict):
         self.path, self.folder = Path(path), parts_folder(path)
         check_replaceable(self.path)
-        self.options = channels, attributes, keep, compression
-        self.identity = identity | {
-            "scene": attributes["scene"],
-            "kernel": _digest(attributes["kernel"]),
-        }
+        self.content, about = content, content.attributes
+        self.identity = identity | {"scene": about["scene"], "kernel": _digest(about["kernel"])}
         self.count = 0
         self.stretch: Stream | None = None
         self.lock: Lock | None = None
@@ -107,15 +102,8 @@ class PartsSink:
             )
 
     def _next(self) -> None:
-        channels, attributes, keep, compression = self.options
-        path = self.folder / f"{self.count:04d}.h5"
-        self.stretch = Stream(path, channels, attributes, keep, compression, alone=True)
-        self.rows, self.impacts, self.steps = (
-            self.stretch.rows,
-            self.stretch.impacts,
-            self.stretch.steps,
-        )
-        self.flush = self.stretch.flush
+        self.stretch = s = Stream(self.folder / f"{self.count:04d}.h5", self.content, alone=True)
+        self.rows, self.impacts, self.steps, self.flush = s.rows, s.impacts, s.steps, s.flush
 
     def cut(self, state: dict) -> None:
         """End the stretch and keep the state to go on from."""
@@ -170,8 +158,7 @@ class PartsSink:
 
         Raises Unwritable where there is no room for it.
         """
-        channels, attributes, keep, compression = self.options
-        joined = Stream(self.path, channels, attributes, keep, compression, alone=True)
+        joined = Stream(self.path, self.content, alone=True)
         try:
             for i in range(self.count + 1):
                 with self._stretch(i) as part:

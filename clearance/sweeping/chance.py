@@ -87,7 +87,7 @@ def _units(
     run = prepare(
         find_case(definition.path).scene(**definition.values(0)), **definition.run_options
     )
-    keeper = Keeper(run, definition, "", None, {}, Stating(run, None, settle))
+    keeper = Keeper(Stating(run, None, settle), definition, "", None, {})
     failure = record_run(run, keeper)
     return {} if failure else {n: m.units for n, m in keeper.found.items()}
 

@@ -17,7 +17,7 @@ from clearance.metrics.of_points import of_point
 from clearance.results.record import Record
 from clearance.results.recorder import Memory, MemoryRecord
 from clearance.results.short_file import ShortFile
-from clearance.results.stream import FULL
+from clearance.results.stream import FULL, Content
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.inputs import common, files_named, made, modules_of
 from clearance.run.recording import attributes_of
@@ -77,28 +77,24 @@ class Keeper(ShortFile):
     path.
     """
 
+    locked = False
+
     def __init__(
         self,
-        run: Run,
+        stating: Stating,
         definition: Definition,
         key: str,
         path: Path | None,
         inputs: dict,
-        stating: Stating,
         sensing: Sensing | None = None,
     ):
-        channels, attributes = run.mechanism.layout.channels, attributes_of(run)
-        self.run, self.definition, self.key, self.made, self.stating = (
-            run,
-            definition,
-            key,
-            inputs,
-            stating,
-        )
-        stored = definition.keep, definition.compression, run.span.samples
-        large = run.span.samples * len(channels) >= LARGE
-        how = {"lasting": large and path is not None, "locked": False, "remembering": True}
-        super().__init__(path, channels, attributes, *stored, **how)
+        self.run, self.stating, self.definition = stating.run, stating, definition
+        self.key, self.made = key, inputs
+        channels, samples = self.run.mechanism.layout.channels, self.run.span.samples
+        about, keep = attributes_of(self.run), definition.keep
+        content = Content(channels, about, keep, definition.compression, samples)
+        super().__init__(path, content, remembering=True)
+        self.lasting = samples * len(channels) >= LARGE and path is not None
         self.logs &= path is not None  # the log of steps is for files
         self.sensing = sensing
         self.found: dict[str, Metric] = {}
@@ -305,7 +301,7 @@ def _attempt(
     while run is not None:
         stating = Stating(run, definition.options.get("error"), definition.settle)
         about, sensing = made(run.mechanism, modules, files), sensing_of(definition, scene)
-        keeper = Keeper(run, definition, key, path, about, stating, sensing)
+        keeper = Keeper(stating, definition, key, path, about, sensing)
         failure = stating.made(keeper, keeper.summed)
         run = None
         if failure is not None:

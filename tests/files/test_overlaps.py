@@ -13,6 +13,7 @@ import clearance as cl
 from clearance.files import locks
 from clearance.files.locks import InUse, Lock
 from clearance.results.short_file import ShortFile
+from clearance.results.stream import Content
 from tests.run.test_checkpoint import same
 
 TURNS = 40
@@ -144,10 +145,11 @@ def test_R1_without_locks_both_files_are_whole(tmp_path, entire, monkeypatch):
     same(entire, path)
 
 
-def test_R1_a_sweeps_image_needs_no_lock(tmp_path):
+def test_R1_a_sweeps_image_needs_no_lock(tmp_path, monkeypatch):
     """Two of one name are each written in one piece: whichever comes last is complete."""
+    monkeypatch.setattr(ShortFile, "locked", False)
     path = tmp_path / "run.h5"
-    one, two = (ShortFile(path, [], {"case": name}, locked=False) for name in "ab")
+    one, two = (ShortFile(path, Content([], {"case": name})) for name in "ab")
     for sink in (one, two):
         sink.close("complete", {}, [], {}, None)
         sink.store()

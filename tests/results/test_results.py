@@ -10,7 +10,7 @@ import pytest
 import xarray
 
 import clearance as cl
-from clearance.results.stream import Stream
+from clearance.results.stream import Content, Stream
 from tests import mechanisms as m
 from tests.seeds import few_of
 
@@ -253,7 +253,7 @@ def test_streaming_gives_the_same_as_one_buffer(monkeypatch):
 
 def test_a_killed_run_leaves_no_file_under_the_final_name(tmp_path):
     """Until its end a run has a temporary name."""
-    writer = Stream(tmp_path / "run.h5", [], {})
+    writer = Stream(tmp_path / "run.h5", Content([], {}))
     writer.flush()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.h5.lock", "run.h5.partial"]
     writer.abandon()
