@@ -220,6 +220,11 @@ def scene_of(options):
     return case, values, scene
 
 
+def taken(options, names: str) -> dict[str, object]:
+    """Options whose names are those of a function's arguments; names: with blanks between."""
+    return {name: getattr(options, name) for name in names.split()}
+
+
 def channel_patterns(text: str | None) -> list[str] | None:
     """--channels: a comma list of paths and patterns; "all", "none"."""
     if text is None or text == "all":

@@ -12,6 +12,7 @@ from clearance.commands.common import (
     given,
     json_text,
     seed_of,
+    taken,
 )
 from clearance.commands.fit import lowpass
 from clearance.commands.sweep import begin
@@ -70,15 +71,10 @@ def run(options) -> int:
                 options.channels,
                 ranges=ranges,
                 fixed=fixed,
-                points=options.points,
                 seed=seed_of(options),
-                turns=options.turns,
-                settle=options.settle,
-                samples_per_turn=options.samples_per_turn,
-                noise=options.noise,
                 lowpass=lowpass(options.lowpass),
-                workers=options.workers,
                 progress=shown,
+                **taken(options, "points turns settle samples_per_turn noise workers"),
             )
     except SweepError as error:
         return complain(options, str(error), FAILED)

@@ -13,6 +13,7 @@ from clearance.commands.common import (
     log_to_terminal,
     number,
     seed_of,
+    taken,
 )
 from clearance.commands.free import bounded_scene, check_bounds
 
@@ -103,12 +104,9 @@ def run(options) -> int:
             [_data(text, scene) for text in options.data],
             bounds,
             options.channels,
-            noise=options.noise,
-            settle=options.settle,
-            nuisances=options.nuisances,
             lowpass=lowpass(options.lowpass),
-            starts=options.starts,
             seed=seed_of(options),
+            **taken(options, "noise settle nuisances starts"),
             folder=options.output,
             progress=not options.json,
         )

@@ -17,6 +17,7 @@ from clearance.commands.common import (
     number,
     quiet,
     share,
+    taken,
 )
 from clearance.run.interrupts import terminable
 from clearance.values.units import unit_in, written
@@ -99,16 +100,11 @@ def run(options) -> int:
                 name,
                 *ends,
                 fixed=fixed,
-                tolerance=options.tolerance,
-                points=options.points,
-                step=options.step,
-                doublings=options.doublings,
-                most_turns=options.most_turns,
                 channels=listed(options.channels),
                 path=options.output,
                 unit=unit,
-                accept_changes=options.accept_changes,
                 progress=line,
+                **taken(options, "tolerance points step doublings most_turns accept_changes"),
             )
     except (NotPeriodic, NotSolved) as error:
         return complain(options, str(error), FAILED)

@@ -15,6 +15,7 @@ from clearance.commands.common import (
     number,
     quiet,
     seed_of,
+    taken,
 )
 from clearance.commands.free import bounded_scene, check_bounds
 
@@ -98,18 +99,10 @@ def run(options) -> int:
         result = optimize(
             scene,
             bounds,
-            minimize=options.minimize,
-            maximize=options.maximize,
             limits=options.limit,
-            turns=options.turns,
-            until=options.until,
-            settle=options.settle,
-            start=options.start,
             tolerance=dict(map(_tolerance, options.tolerance)),
-            share=options.share,
-            starts=options.starts,
             seed=seed_of(options),
-            designs=options.designs,
+            **taken(options, "minimize maximize turns until settle start share starts designs"),
             folder=options.output,
             progress=not options.json,
         )

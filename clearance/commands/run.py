@@ -32,6 +32,7 @@ from clearance.commands.common import (
     parameter_lines,
     quantity_of,
     scene_of,
+    taken,
 )
 from clearance.run.interrupts import terminable
 from clearance.values import checks
@@ -201,8 +202,7 @@ def _simulated(options, case, scene, output: Path):
 
     if not options.json:
         log_to_terminal()
-    more = {"checkpoint": options.checkpoint, "force": options.force}
-    more["sensitivity"] = options.sensitivity
+    more = taken(options, "checkpoint force sensitivity")
     arguments = options.of_file if options.again else _arguments(options, case, scene)
     try:
         result = simulate(scene, path=output, progress=not options.json, **more, **arguments)
@@ -215,16 +215,9 @@ def _arguments(options, case, scene) -> dict:
     """Arguments of `simulate`, which make the same run again."""
     return {
         **length_of(options, case, scene),
-        "rtol": options.rtol,
-        "method": options.method,
-        "max_step": options.max_step,
-        "samples_per_turn": options.samples_per_turn,
+        **taken(options, "rtol method max_step samples_per_turn compression start"),
+        **taken(options, "pressure_fields error settle"),
         "channels": channel_patterns(options.channels),
-        "compression": options.compression,
-        "start": options.start,
-        "pressure_fields": options.pressure_fields,
-        "error": options.error,
-        "settle": options.settle,
     }
 
 

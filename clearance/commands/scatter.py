@@ -14,8 +14,9 @@ from clearance.commands.common import (
     given,
     json_text,
     quiet,
+    taken,
 )
-from clearance.commands.sweep import add_runs, begin
+from clearance.commands.sweep import OF_MANY, add_runs, begin
 from clearance.run.interrupts import terminable
 from clearance.values import checks
 
@@ -76,19 +77,10 @@ def run(options) -> int:
                 options.case,
                 spread,
                 folder,
-                points=options.points,
-                seed=options.seed,
                 limits=limits,
                 fixed=fixed,
-                turns=options.turns,
-                until=options.until,
-                rtol=options.rtol,
-                settle=options.settle,
-                workers=options.workers,
-                scheduler=options.scheduler,
-                retry_failed=options.retry_failed,
-                accept_changes=options.accept_changes,
                 progress=shown,
+                **taken(options, f"points seed {OF_MANY}"),
             )
     except SweepError as error:
         return complain(options, str(error), FAILED)

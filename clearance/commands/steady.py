@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from clearance.commands.accuracy import rounded_up
-from clearance.commands.common import Line, channel_patterns, log_to_terminal, share
+from clearance.commands.common import Line, channel_patterns, log_to_terminal, share, taken
 
 #: options of a run from its start, and their defaults
 OTHERS = {
@@ -68,17 +68,12 @@ def solved(options, case, scene, output: Path):
         result = steady(
             scene,
             options.steady,
-            most_turns=options.most_turns,
-            start=options.start,
-            method=options.method,
             rtol=None if options.rtol == DEFAULT_RTOL else options.rtol,
             path=output,
             progress=line,
             samples_per_turn=int(options.samples_per_turn),
             channels=channel_patterns(options.channels),
-            compression=options.compression,
-            error=options.error,
-            sensitivity=options.sensitivity,
+            **taken(options, "most_turns start method compression error sensitivity"),
         )
     except (NotPeriodic, NotSolved) as error:
         return None, str(error)

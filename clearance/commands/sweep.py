@@ -24,11 +24,14 @@ from clearance.commands.common import (
     number,
     quantity_of,
     quiet,
+    taken,
 )
 from clearance.run.interrupts import terminable
 from clearance.values.units import unit_in
 
 SHOWN = 12  # metrics in the summary
+#: options of `add_runs`
+OF_MANY = "turns until rtol settle workers scheduler retry_failed accept_changes"
 EXAMPLES = """\
 -p NAME=VALUES takes LO:HI:N (N values), LO:HI:N:log, or a comma list; several of them make a
 grid. Parameters whose values have commas themselves (joints, thresholds) take lists with
@@ -184,24 +187,11 @@ def run(options) -> int:
                 options.output or f"{case.name}_sweep",
                 fixed=fixed,
                 channels=channel_patterns(options.channels),
-                compression=options.compression,
-                settle=options.settle,
                 metrics=options.metric,
-                workers=options.workers,
-                scheduler=options.scheduler,
-                retry_failed=options.retry_failed,
-                accept_changes=options.accept_changes,
-                force=options.force,
                 progress=shown,
-                turns=options.turns,
-                until=options.until,
-                rtol=options.rtol,
-                error=options.error,
-                sensitivity=options.sensitivity,
-                method=options.method,
-                max_step=options.max_step,
-                max_steps=options.max_steps,
-                samples_per_turn=options.samples_per_turn,
+                **taken(options, OF_MANY),
+                **taken(options, "force compression error sensitivity method"),
+                **taken(options, "max_step max_steps samples_per_turn"),
             )
     except SweepError as error:
         failure, result = str(error), error.sweep

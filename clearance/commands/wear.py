@@ -17,6 +17,7 @@ from clearance.commands.common import (
     quantity_of,
     quiet,
     scene_of,
+    taken,
 )
 from clearance.run.interrupts import terminable
 
@@ -35,8 +36,8 @@ a life goes on beyond its end.
 """
 
 
-NAMES = ("turns", "share", "tolerance", "settle", "average", "jump", "jump_turns", "rtol", "method")
-OF_MANY = ("depth", "workers", "scheduler", "retry_failed")
+NAMES = "turns share tolerance settle average jump jump_turns rtol method"
+OF_MANY = "workers scheduler retry_failed"
 #: columns of a sweep that its summary begins with
 LIFE = ("_depth", "_volume", "_to_depth", "life_error")
 
@@ -120,7 +121,7 @@ def run(options) -> int:
     points, fixed = points_of(options)
     if points.columns:
         return _many(options, points, fixed)
-    if given := [n for n in OF_MANY if getattr(options, n)]:
+    if given := [n for n, v in taken(options, f"depth {OF_MANY}").items() if v]:
         name = given[0].replace("_", "-")
         raise ValueError(f"--{name} belongs to sweeps of lives: a -p with several values")
     case, values, scene = scene_of(options)
@@ -129,7 +130,7 @@ def run(options) -> int:
     def progress(done: float, stage: str) -> None:
         line(f"{100.0 * done:.1f} % of the turns, {stage}")
 
-    chosen = {name: getattr(options, name) for name in (*NAMES, "accept_changes")}
+    chosen = taken(options, f"{NAMES} accept_changes")
     try:
         with terminable():
             life = wear(scene, **chosen, directory=options.output, progress=progress)
@@ -181,11 +182,7 @@ def _many(options, points, fixed) -> int:
 
     began, options.quiet = time.perf_counter(), options.json
     shown, failure = command.Progress(options), None
-    life = {name: getattr(options, name) for name in (*NAMES, "depth")}
-    more = {
-        name: getattr(options, name)
-        for name in ("workers", "scheduler", "retry_failed", "accept_changes")
-    }
+    life = taken(options, f"{NAMES} depth")
     try:
         with quiet(options), terminable():
             result = sweep(
@@ -195,7 +192,7 @@ def _many(options, points, fixed) -> int:
                 fixed=fixed,
                 progress=shown,
                 life={n: v for n, v in life.items() if v is not None},
-                **more,
+                **taken(options, f"{OF_MANY} accept_changes"),
             )
     except SweepError as error:
         failure, result = str(error), error.sweep

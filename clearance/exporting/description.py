@@ -156,35 +156,23 @@ class Description:
                 text = "rate"
             if path in paths and i not in channels:
                 path += "_state"
-            self._add_state(
-                path, i, reference, text, units, mechanism.y0[i], nominals[i], i in channels
-            )
+            state = Variable(path, reference, text, units, start=mechanism.y0[i])
+            state.nominal, state.causality = nominals[i], "output" if i in channels else "local"
+            self._add_state(state, i)
         for k, drive in enumerate(model.driven):
             i = layout.length + k
             start = mechanism.par[layout.parameters[f"{drive.key}/start"]]
             units = "m" if drive.slides else "rad"
-            text = "driven coordinate"
-            self._add_state(
-                f"{drive.key}/driven", i, self.states[i], text, units, start, 1.0, False
-            )
+            path, text = f"{drive.key}/driven", "driven coordinate"
+            self._add_state(Variable(path, self.states[i], text, units, start=start), i)
 
-    def _add_state(self, path, i, reference, text, units, start, nominal, shown) -> None:
-        name, causality = structured(path), "output" if shown else "local"
-        nominal = abs(float(nominal)) or 1.0
-        self._add(
-            Variable(
-                name,
-                reference,
-                text,
-                units,
-                causality,
-                start=start,
-                initial="exact",
-                nominal=nominal,
-            )
-        )
-        text = f"rate of {name}"
-        self._add(Variable(f"der({name})", self.rates[i], text, derivative=reference))
+    def _add_state(self, state: Variable, i: int) -> None:
+        """A state named by its path, and its rate; i: its place."""
+        state.name, state.initial = structured(state.name), "exact"
+        state.nominal = abs(float(state.nominal or 1.0)) or 1.0
+        self._add(state)
+        name, text = f"der({state.name})", f"rate of {state.name}"
+        self._add(Variable(name, self.rates[i], text, derivative=state.reference))
 
     def _add_numbers(self, references: list[int]) -> None:
         for reference, number in zip(references, self.model.numbers, strict=True):

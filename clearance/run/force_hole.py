@@ -175,12 +175,13 @@ class RadialLoads:
         return trace.call(traced(scanned_ratio), [k, full, tolerance, *joint])[0]
 
     def _repeated(self, trace: Trace, numbers: list, passes: int, state: list, held: list, advance):
-        """State after some passes of advance(trace, k, *state, *held, numbers) -> state."""
+        """State after some passes of advance(trace, k, state, held, numbers) -> state."""
         size, count = len(state), len(state) + len(held) + 1
 
         def step(inner: Trace, arguments: list) -> list:
-            k, rest, numbers = arguments[0], arguments[1:count], arguments[count:]
-            after = advance(inner, k, *rest, numbers)
+            k, *state = arguments[: size + 1]
+            held, numbers = arguments[size + 1 : count], arguments[count:]
+            after = advance(inner, k, state, held, numbers)
             return [inner.compare("lt", k, passes - 1.0), k + 1.0, *after]
 
         function = Function.of("pass", count + len(numbers), step)
@@ -198,28 +199,27 @@ class RadialLoads:
         clearance, rough = (self._number(numbers, n) for n in ("clearance", "roughness"))
         (usual,) = trace.call(traced(typical), [clearance, entrainment])
 
-        def film(inner, k, best, at, usual, entrainment, numbers):
+        def film(inner, k, state, held, numbers):
             ratio = self._ratio(inner, numbers, k)
             gap = ratio * self._number(numbers, "roughness")
-            load, _ = self._loads(inner, numbers, gap, usual, entrainment)
-            return _select(inner, inner.compare("gt", load, best), (load, ratio), (best, at))
+            load, _ = self._loads(inner, numbers, gap, *held)
+            return _select(inner, inner.compare("gt", load, state[0]), (load, ratio), state)
 
-        def secant(inner, k, speed, moves, gap, still, wanted, entrainment, numbers):
+        def secant(inner, k, state, held, numbers):
+            (speed, moves), (gap, still, wanted, entrainment) = state, held
             rise = self._loads(inner, numbers, gap, speed, entrainment)[1] - still
             finite = inner.compare("lt", rise, math.inf)
             on = inner.both(inner.compare("gt", rise, 0.0), finite)
             return [speed * ((wanted - still) / rise), inner.select(on, moves, 0.0)]
 
-        def hole(inner, k, top, high, highest, left, rim, where, speed, entrainment, numbers):
+        def hole(inner, k, state, held, numbers):
+            top, high, *before = state
             ratio = self._ratio(inner, numbers, k)
             gap = ratio * self._number(numbers, "roughness")
-            _, load = self._loads(inner, numbers, gap, speed, entrainment)
+            _, load = self._loads(inner, numbers, gap, *held)
             higher = inner.compare("gt", load, top)
             top, high = _select(inner, higher, (load, ratio), (top, high))
-            falls, before = (
-                inner.compare("gt", top - load, highest - left),
-                (highest, left, rim, where),
-            )
+            falls = inner.compare("gt", top - load, before[0] - before[1])
             return [top, high, *_select(inner, falls, (top, load, high, ratio), before)]
 
         scan = SCANNED + 1

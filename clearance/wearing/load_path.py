@@ -1,6 +1,6 @@
 """The load path of a turn, replayed with the wear of many turns: outlines, steps and their errors.
 
-The equations are those of replay.py and, where asperities carry, of rough.py.
+The equations are those of replay.py.
 """
 
 import math
@@ -10,9 +10,10 @@ from functools import cache
 import numpy as np
 
 from clearance.laws.law import FilmJoint
-from clearance.laws.outline import LINE, NODES, STEP, touching
+from clearance.laws.outline import LINE, NODES, STEP
+from clearance.laws.worn_asperity import Rough
 from clearance.machine.store import compiled
-from clearance.wearing.replay import carried, pressure_at, replay, replay_rough
+from clearance.wearing.replay import forces, pressure_at, replay
 
 LIGHT = 1e-6  # of the strength of asperities: pressures whose journal swims in its film
 MANY = 100  # steps of a jump
@@ -27,25 +28,21 @@ def moved(
     clearance: float,
     old: np.ndarray,
     new: np.ndarray,
-    solids=None,
+    solids: Rough | None = None,
 ) -> tuple[float, float]:
     """Place in a new outline with the force that the old one has at (x, y); the same place in free
     flight. It is that of a replay without wear.
 
-    solids: a `laws.worn_asperity.Rough` where asperities carry too.
+    solids: where asperities carry too.
     """
     rough = solids is not None
     joint = FilmJoint(0.0, clearance, 0.0, 0.0, solids.roughness if rough else 0.0)
-    if rough:
-        force_x, force_y, load, *_ = carried(x, y, angle, joint, old, 0.0, solids)
-    else:
-        force_x, force_y, load, _ = touching(x, y, angle, joint, old, 0.0)
+    force_x, force_y, load, *_ = forces((x, y, angle), joint, old, solids, 0.0)
     if load <= (LIGHT * solids.strength if rough else 0.0):
         return x, y
     path, place = np.array([[force_x, force_y, angle, 0.0, 0.0, clearance]]), np.array([[x, y]])
-    stiffness, surface = (solids, 1.0 / STEP) if rough else (1.0, 1.0)
-    rooms = np.zeros(2 * NODES), np.zeros(2)
-    done = _compiled(rough)(path, 0.0, new, stiffness, surface, place, *rooms)
+    surface, room = 1.0 / STEP if rough else 1.0, np.zeros(2 * NODES)
+    done = _replay()(path, 0.0, (new, place, np.zeros(2)), 1.0, solids, surface, room)
     return (float(place[0, 0]), float(place[0, 1])) if done else (x, y)
 
 
@@ -79,9 +76,9 @@ def middle(first: "Worn", second: "Worn") -> "Worn":
 
 
 @cache
-def _compiled(rough: bool):
-    """`replay`, or that of rough surfaces."""
-    return compiled(replay_rough if rough else replay)
+def _replay():
+    """`replay`, compiled."""
+    return compiled(replay)
 
 
 @dataclass
@@ -120,14 +117,15 @@ class Worn:
 class LoadPath:
     """The load path of a turn in one joint, to be replayed.
 
-    path: rows of `wear_sum.PATH` of one turn; stiffness: K_w [Pa/m]; surface: R L [m2]; solids: a
-        `laws.worn_asperity.Rough` where asperities carry too.
+    path: rows of `wear_sum.PATH` of one turn; stiffness: K_w [Pa/m]; surface: R L [m2]; solids:
+        where asperities carry too.
     """
 
-    def __init__(self, path: np.ndarray, stiffness: float, surface: float, solids=None):
+    def __init__(
+        self, path: np.ndarray, stiffness: float, surface: float, solids: Rough | None = None
+    ):
         self.path, self.stiffness, self.surface = np.ascontiguousarray(path), stiffness, surface
         self.pressure, self.solids = np.zeros(2 * NODES), solids
-        self._replay = _compiled(solids is not None)
 
     @property
     def stiff(self) -> float:
@@ -146,17 +144,9 @@ class LoadPath:
         Raises RuntimeError where no place of rest exists.
         """
         new = worn.copy()
-        done = self._replay(
-            self.path,
-            float(turns),
-            new.data,
-            self.stiffness if self.solids is None else self.solids,
-            self.surface,
-            new.place,
-            self.pressure,
-            new.volumes,
-        )
-        if not done:
+        arrays = new.data, new.place, new.volumes
+        solids = self.stiffness, self.solids, self.surface
+        if not _replay()(self.path, float(turns), arrays, *solids, self.pressure):
             raise RuntimeError(f"no place of rest was found when {turns:g} turns were replayed")
         return new
 

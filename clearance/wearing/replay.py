@@ -10,7 +10,7 @@ foundation that wears by w m p under a pressure p acts like a softer one,
 so that no number of turns is unstable, where explicit jumps are beyond 2 / (K_w w) turns. A step is
 made at once and in two halves; the difference is its error, and is taken off once (first order).
 
-Where asperities carry, the pressure of a place goes by its gap (`replay_rough`):
+Where asperities carry, the pressure of a place goes by its gap:
 
     p = s F_n(H / sigma) + K_w max(-H, 0),   H = -g + m (w_B + w_J) p
 
@@ -64,31 +64,85 @@ def longest(x, y, clearance):
     return STRIDE * max(clearance, math.sqrt(x * x + y * y))
 
 
-def rest(force, angle, joint, data, scale, start):
-    """Place where the foundation, `scale` stiff, puts a force (x, y) on the journal, from a start
-    (x, y): x, y and normal load.
+FIXED = 1e-12  # of the pressure: change at which a place is solved
 
+
+def pressure_at(overlapping, yielding, solids: Rough):
+    """Pressure [Pa] at an overlap g and its slope by g [Pa/m]; yielding: depth over pressure."""
+    p, slope = 0.0, 0.0
+    for _ in range(100):
+        gap = yielding * p - overlapping
+        value, by_ratio = moment_and_slope(gap / solids.roughness, solids.row)
+        value, slope = solids.strength * value, solids.strength * by_ratio / solids.roughness
+        if gap < 0.0:
+            value, slope = value - solids.stiffness * gap, slope - solids.stiffness
+        step = (value - p) / (1.0 - yielding * slope)
+        p += step
+        if yielding == 0.0 or abs(step) <= FIXED * p:
+            break
+    return p, -slope / (1.0 - yielding * slope)
+
+
+def walk(x, y, angle, joint: FilmJoint, data):
+    """First node and number of cells where solids may touch, places and weights of the outlines."""
+    first, cells = arc(x, y, joint.clearance - MOST * joint.roughness)
+    before, behind = turned(angle)
+    bearing, journal = places(0, first, before)
+    return first, 2 * cells, bearing, journal, before, behind
+
+
+def carried(x, y, angle, joint: FilmJoint, data, yielding, solids: Rough):
+    """Sums over the nodes: force x, y, load, and minus the slopes xx, xy, yy [Pa, Pa/m]."""
+    first, nodes, bearing, journal, _, behind = walk(x, y, angle, joint, data)
+    weights = cubic(behind)
+    fx, fy, load, xx, xy, yy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for node in range(first, first + nodes):
+        g = overlap(x, y, joint.clearance, data, bearing, journal, node, weights)
+        p, k = pressure_at(g, yielding, solids)
+        c, s = COS[node + 1], SIN[node + 1]
+        fx, fy, load = fx - p * c, fy - p * s, load + p
+        xx, xy, yy = xx + k * c * c, xy + k * c * s, yy + k * s * s
+    return fx, fy, load, xx, xy, yy
+
+
+def forces(position, joint, data, solids, yielding):
+    """Force x, y and load on the journal, and minus the slopes xx, xy, yy: of the foundation alone
+    [m, 1], of solids with asperities [Pa, Pa/m]. yielding: depth over pressure.
+    """
+    x, y, angle = position
+    if solids is None:
+        f = touching_slopes(x, y, angle, joint, data, 0.0)
+        return f[0], f[1], f[2], -f[4], -f[5], -f[8]
+    return carried(x, y, angle, joint, data, yielding, solids)
+
+
+def rest(force, start, joint, data, solids, yielding, scale):
+    """Place where the solids put a force on the journal, from a start (x, y): x, y and normal load.
+
+    force: x, y, and the angle of the journal; scale: of `forces` to N; yielding: depth over
+        pressure.
     Newton's method on a convex energy. A step that overshoots or leaves the wall ends between, by
     bisection. A journal in free flight is pressed in, ever deeper: the deepest point may lie on a
     ridge that no cell sees. The load is nan where it fails.
     """
-    (force_x, force_y), (x, y) = force, start
+    (force_x, force_y, angle), (x, y) = force, start
     size = math.sqrt(force_x * force_x + force_y * force_y)
     pressed = PRESSED * joint.clearance
-    f = touching_slopes(x, y, angle, joint, data, 0.0)
+    f = forces((x, y, angle), joint, data, solids, yielding)
     for _ in range(NEWTON):
         if f[2] <= 0.0:
-            way = pressed - deepest(x, y, angle, joint, data, 0.0)[0]
+            way = pressed - 5.0 * joint.roughness - deepest(x, y, angle, joint, data, 0.0)[0]
             x, y, pressed = x - way * force_x / size, y - way * force_y / size, 2.0 * pressed
-            f = touching_slopes(x, y, angle, joint, data, 0.0)
+            f = forces((x, y, angle), joint, data, solids, yielding)
             continue
         rx, ry = f[0] - force_x / scale, f[1] - force_y / scale
         if math.sqrt(rx * rx + ry * ry) * scale <= AT_REST * size:
             return x, y, scale * f[2]
-        dx, dy = newton_step(rx, ry, -f[4], -f[5], -f[8], longest(x, y, joint.clearance))
+        dx, dy = newton_step(rx, ry, f[3], f[4], f[5], longest(x, y, joint.clearance))
         slope, low, high, share = rx * dx + ry * dy, 0.0, 1.0, 1.0
         for _ in range(30):
-            f = touching_slopes(x + share * dx, y + share * dy, angle, joint, data, 0.0)
+            place = x + share * dx, y + share * dy, angle
+            f = forces(place, joint, data, solids, yielding)
             residual = (force_x / scale - f[0]) * dx + (force_y / scale - f[1]) * dy
             if f[2] <= 0.0 or residual > ENOUGH * slope:
                 high = share
@@ -134,106 +188,6 @@ def wear_off(position, joint, data, solids, over, carried, pressure):
             put_both(data, (first + k) % NODES, before, behind, over, pressure[k])
 
 
-def replay(path, turns, data, stiffness, surface, rests, pressure, volumes):
-    """Replay a load path with `turns` times its wear; data and places of rest go on in place.
-
-    False where it fails. A row's journal goes as much farther against its force as that of the row
-    before: that is where the search begins.
-
-    path: rows of `wear_sum.PATH`; surface: R L [m2]; rests: (x, y) of each row; volumes: worn off
-        both, added to.
-    """
-    farther = 0.0
-    for q in range(path.shape[0]):
-        over = (turns * path[q, 3], turns * path[q, 4])
-        soft = stiffness / (1.0 + stiffness * (over[0] + over[1]))
-        joint = FilmJoint(0.0, path[q, 5], 0.0, 0.0, 0.0)
-        force, angle = (path[q, 0], path[q, 1]), path[q, 2]
-        size = math.sqrt(force[0] * force[0] + force[1] * force[1])
-        away = force[0] / size, force[1] / size
-        start = rests[q, 0] - farther * away[0], rests[q, 1] - farther * away[1]
-        x, y, load = rest(force, angle, joint, data, soft * surface, start)
-        if not math.isfinite(load):
-            return False
-        farther = (rests[q, 0] - x) * away[0] + (rests[q, 1] - y) * away[1]
-        rests[q, 0], rests[q, 1] = x, y
-        solids, carried = Rough(soft, 0.0, 0.0, 0), (load, surface * STEP)
-        wear_off((x, y, angle), joint, data, solids, over, carried, pressure)
-        volumes[0] += over[0] * load
-        volumes[1] += over[1] * load
-    return True
-
-
-FIXED = 1e-12  # of the pressure: change at which a place is solved
-
-
-def pressure_at(overlapping, yielding, solids: Rough):
-    """Pressure [Pa] at an overlap g and its slope by g [Pa/m]; yielding: depth over pressure."""
-    p, slope = 0.0, 0.0
-    for _ in range(100):
-        gap = yielding * p - overlapping
-        value, by_ratio = moment_and_slope(gap / solids.roughness, solids.row)
-        value, slope = solids.strength * value, solids.strength * by_ratio / solids.roughness
-        if gap < 0.0:
-            value, slope = value - solids.stiffness * gap, slope - solids.stiffness
-        step = (value - p) / (1.0 - yielding * slope)
-        p += step
-        if yielding == 0.0 or abs(step) <= FIXED * p:
-            break
-    return p, -slope / (1.0 - yielding * slope)
-
-
-def walk(x, y, angle, joint: FilmJoint, data):
-    """First node and number of cells where solids may touch, places and weights of the outlines."""
-    first, cells = arc(x, y, joint.clearance - MOST * joint.roughness)
-    before, behind = turned(angle)
-    bearing, journal = places(0, first, before)
-    return first, 2 * cells, bearing, journal, before, behind
-
-
-def carried(x, y, angle, joint: FilmJoint, data, yielding, solids: Rough):
-    """Sums over the nodes: force x, y, load, and minus the slopes xx, xy, yy [Pa, Pa/m]."""
-    first, nodes, bearing, journal, _, behind = walk(x, y, angle, joint, data)
-    weights = cubic(behind)
-    fx, fy, load, xx, xy, yy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for node in range(first, first + nodes):
-        g = overlap(x, y, joint.clearance, data, bearing, journal, node, weights)
-        p, k = pressure_at(g, yielding, solids)
-        c, s = COS[node + 1], SIN[node + 1]
-        fx, fy, load = fx - p * c, fy - p * s, load + p
-        xx, xy, yy = xx + k * c * c, xy + k * c * s, yy + k * s * s
-    return fx, fy, load, xx, xy, yy
-
-
-def rest_rough(force_x, force_y, angle, joint: FilmJoint, data, area, yielding, solids, x, y):
-    """Place where the solids put a force on the journal, from (x, y): x, y and normal load.
-
-    area: of a node [m2]. Newton's method on a convex energy; the load is nan where it fails.
-    """
-    size = math.sqrt(force_x * force_x + force_y * force_y)
-    f = carried(x, y, angle, joint, data, yielding, solids)
-    for _ in range(NEWTON):
-        if f[2] <= 0.0:
-            way = 5.0 * joint.roughness + deepest(x, y, angle, joint, data, 0.0)[0]
-            way = 1e-4 * joint.clearance - way
-            x, y = x - way * force_x / size, y - way * force_y / size
-            f = carried(x, y, angle, joint, data, yielding, solids)
-            continue
-        rx, ry = f[0] - force_x / area, f[1] - force_y / area
-        if math.sqrt(rx * rx + ry * ry) * area <= AT_REST * size:
-            return x, y, area * f[2]
-        dx, dy = newton_step(rx, ry, f[3], f[4], f[5], longest(x, y, joint.clearance))
-        slope = rx * dx + ry * dy
-        for _ in range(30):
-            f = carried(x + dx, y + dy, angle, joint, data, yielding, solids)
-            residual = (force_x / area - f[0]) * dx + (force_y / area - f[1]) * dy
-            if residual <= ENOUGH * slope:
-                break
-            dx, dy, slope = 0.5 * dx, 0.5 * dy, 0.5 * slope
-        x, y = x + dx, y + dy
-    return x, y, math.nan
-
-
 def wear_rough(position, joint: FilmJoint, data, over, solids, pressure):
     """Wear both surfaces at a position x, y, angle: depths over pressure `over` (bearing,
     journal).
@@ -248,28 +202,39 @@ def wear_rough(position, joint: FilmJoint, data, over, solids, pressure):
         put_both(data, (first + k) % NODES, before, behind, over, pressure[k])
 
 
-def replay_rough(path, turns, data, solids: Rough, surface, rests, pressure, volumes):
-    """Replay a load path as `wearing.replay.replay` does, with asperities; False where it fails."""
-    area = surface * STEP
+def replay(path, turns, worn, stiffness, solids, surface, pressure):
+    """Replay a load path with `turns` times its wear; outlines and places of rest go on in place.
+
+    False where it fails. A row's journal goes as much farther against its force as that of the row
+    before: that is where the search begins.
+
+    path: rows of `wear_sum.PATH`; worn: numbers of the outlines, places of rest (x, y) of each row,
+        volumes worn off both, added to; stiffness: K_w of the foundation; solids: it and the
+        asperities, None where none carry; surface: R L [m2]; pressure: room.
+    """
+    data, rests, volumes = worn
+    area, farther = surface * STEP, 0.0
     for q in range(path.shape[0]):
         over = (turns * path[q, 3], turns * path[q, 4])
-        joint = FilmJoint(0.0, path[q, 5], 0.0, 0.0, solids.roughness)
-        x, y, load = rest_rough(
-            path[q, 0],
-            path[q, 1],
-            path[q, 2],
-            joint,
-            data,
-            area,
-            over[0] + over[1],
-            solids,
-            rests[q, 0],
-            rests[q, 1],
-        )
+        yielding = over[0] + over[1]
+        soft = stiffness / (1.0 + stiffness * yielding)
+        scale = soft * surface if solids is None else area
+        roughness = 0.0 if solids is None else solids.roughness
+        joint = FilmJoint(0.0, path[q, 5], 0.0, 0.0, roughness)
+        force, angle = (path[q, 0], path[q, 1], path[q, 2]), path[q, 2]
+        size = math.sqrt(force[0] * force[0] + force[1] * force[1])
+        away = force[0] / size, force[1] / size
+        start = rests[q, 0] - farther * away[0], rests[q, 1] - farther * away[1]
+        x, y, load = rest(force, start, joint, data, solids, yielding, scale)
         if not math.isfinite(load):
             return False
+        farther = (rests[q, 0] - x) * away[0] + (rests[q, 1] - y) * away[1]
         rests[q, 0], rests[q, 1] = x, y
-        wear_rough((x, y, path[q, 2]), joint, data, over, solids, pressure)
+        if solids is None:
+            softened, by = Rough(soft, 0.0, 0.0, 0), (load, area)
+            wear_off((x, y, angle), joint, data, softened, over, by, pressure)
+        else:
+            wear_rough((x, y, angle), joint, data, over, solids, pressure)
         volumes[0] += over[0] * load
         volumes[1] += over[1] * load
     return True

@@ -103,7 +103,7 @@ class TestReplay:
         data = Outline(None, worn(bearing=depths).parameters).numbers
         assert deepest(*place, 0.0, joint, data, 0.0)[0] > 0.0
         assert touching(*place, 0.0, joint, data, 0.0)[2] == 0.0
-        x, y, _ = rest((1649.0, -549.0), 0.0, joint, data, 1e10, place)
+        x, y, _ = rest((1649.0, -549.0, 0.0), place, joint, data, None, 0.0, 1e10)
         force = 1e10 * np.array(touching(x, y, 0.0, joint, data, 0.0)[:2])
         assert force == pytest.approx([1649.0, -549.0], abs=1e-9 * 1739.0)
 
