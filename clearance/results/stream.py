@@ -118,7 +118,7 @@ class Content:
 
     @property
     def logs(self) -> bool:
-        """True where the log of steps is kept."""
+        """True where the log of steps is stored."""
         return self.keep is None or any(fits_path(STEP_LOG, p) for p in self.keep)
 
     @property
