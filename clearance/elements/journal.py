@@ -11,7 +11,6 @@ from clearance.laws.film import (
     wet_film_torques,
 )
 from clearance.laws.law import FilmJoint, memory_film
-from clearance.laws.line_contact import hertz_pressure
 
 #: smallest distance, relative to the clearance, that still has a direction of its own
 CENTRE = 1e-9
@@ -186,6 +185,8 @@ class Journal:
 
     def _flattened(self, pressure):
         """Largest pressure of the film on elastic surfaces, from that on rigid ones."""
+        from clearance.laws.line_contact import hertz_pressure
+
         sizes = [self._film_load(), *self.facts[:3], self.m.number(self.joint, "elastic/modulus")]
         return self.m.function(flattened, [pressure, *self.m.function(hertz_pressure, sizes)])[0]
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 LARGEST = 2**28  # bytes of a text that is read at once
 LONG, SHOWN = 200, 60  # letters of a quoted value that is shortened, and those that stay
-CHECK = "crc32"  # entry of a document that has a checksum
+CHECK = "crc32"  # entry or attribute of what has a checksum
 #: a quoted value, or what has no blank
 QUOTED = re.compile(r"""(?<!\w)(?:'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")(?!\w)|[^\s'"]+""", re.DOTALL)
 

@@ -24,6 +24,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from clearance.files.texts import CHECK
+
 SUPERBLOCK = 48  # bytes of the superblock of version 2, its checksum the last four
 END = 28  # place of the file's length in the superblock
 TIMES, PHASES, ORDERED = 0x20, 0x10, 0x04  # flags of an object header: what stands in it
@@ -32,7 +34,6 @@ NOWHERE = b"\xff" * 8  # place of what is not there
 VARYING = 9  # class of a type whose values stand in a heap
 REFERENCE = struct.Struct("<IQI")  # to one of them: its length, its heap, its number there
 WORD = 0xFFFFFFFF
-CHECK = "crc32"  # attribute of a column: checksums of its texts and of its values
 HEAP = 4096  # bytes of a global heap, at least
 
 #: attributes by place ("" is the root), columns by path

@@ -18,12 +18,15 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
 
-from clearance.files.texts import document_of
-from clearance.results.hdf5_image import CHECK, HEAP, Attributes, Columns, Unknown, heaps
+from clearance.files.texts import CHECK, document_of
+
+if TYPE_CHECKING:  # what files alone need
+    from clearance.results.hdf5_image import Attributes, Columns
 
 #: texts of a column that have a checksum
 ABOUT = ("units", "long_name")
@@ -359,6 +362,8 @@ class Reader:
         """
         if self.looked is None or address in self.looked:
             return
+        from clearance.results.hdf5_image import Unknown, heaps
+
         with (
             open(self.path, "rb") as file,
             mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content,
@@ -466,6 +471,8 @@ def open_checked(path: Path, kind: str, form: str, version: int) -> Reader:
 
 def _is_broken(content: bytes | mmap.mmap, address: int, most: int) -> bool:
     """Entries of a heap do not follow one another; False where no heap is. most: of its bytes."""
+    from clearance.results.hdf5_image import HEAP
+
     if address + 16 > len(content):
         return False
     (size,) = struct.unpack_from("<Q", content, address + 8)
@@ -504,8 +511,8 @@ class MemoryReader(Reader):
 
     def __init__(
         self,
-        ready: Attributes,
-        content: Callable[[], tuple[Columns, Attributes]],
+        ready: "Attributes",
+        content: "Callable[[], tuple[Columns, Attributes]]",
         path: Path | None = None,
     ):
         self.path = path or Path("the result")
@@ -516,11 +523,11 @@ class MemoryReader(Reader):
         return not self.closed
 
     @cached_property
-    def _content(self) -> tuple[Columns, Attributes]:
+    def _content(self) -> "tuple[Columns, Attributes]":
         return self._make()
 
     @property
-    def _columns(self) -> Columns:
+    def _columns(self) -> "Columns":
         return self._content[0]
 
     @cached_property

@@ -9,12 +9,11 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from clearance.files.locks import replacing, temporary_file
-from clearance.results import hdf5_image
-from clearance.results.hdf5_image import Attributes, Image, Unknown
 from clearance.results.reading import ABOUT, MemoryReader, checked
 from clearance.results.recorder import EVENT_COLUMNS, SOLVER_COLUMNS, Memory, Ranges, Samples
 from clearance.results.result import DIMENSIONS, EVENT_TEXTS, HeldResult, MemoryResult, Result
@@ -34,9 +33,12 @@ from clearance.results.stream import (
 )
 from clearance.results.tables import Group
 
+if TYPE_CHECKING:  # what files alone need
+    from clearance.results.hdf5_image import Attributes, Image
+
 PATIENCE = 1.0  # seconds of wall time after which a run is no short one
 MOST_IMAGES = 8  # that a process keeps
-_images: dict[tuple, Image | None] = {}  # None: one file like it has been written
+_images: "dict[tuple, Image | None]" = {}  # None: one file like it has been written
 
 
 class ShortFile(Memory):
@@ -184,6 +186,8 @@ class ShortFile(Memory):
 
     def _made(self) -> bytes:
         """The file, from the image of one like it where the process has made two."""
+        from clearance.results import hdf5_image
+
         attributes, growing, tables = self._content()
         made_once = hdf5_image.available() and not self.content.compression
         if made_once:
@@ -197,15 +201,16 @@ class ShortFile(Memory):
         maker.close(*self.ended, self.groups)
         with maker.file as file:
             if made_once and key in _images:
-                with suppress(Unknown):
-                    _images[key] = Image.of(maker.image, file, attributes, growing | tables)
+                with suppress(hdf5_image.Unknown):
+                    content = attributes, growing | tables
+                    _images[key] = hdf5_image.Image.of(maker.image, file, *content)
             elif made_once:  # many processes write one file
                 while len(_images) >= MOST_IMAGES:
                     del _images[next(iter(_images))]
                 _images[key] = None
         return maker.image
 
-    def _content(self) -> tuple[Attributes, dict, dict]:
+    def _content(self) -> "tuple[Attributes, dict, dict]":
         """Attributes of the file, columns that grow with the run, and those of other tables."""
         ranges, groups = self.ended[-1], self.groups_at_end(self.ended[-1])
         attributes = {n: checked(a) for n, a in self._about_groups(groups).items()}

@@ -18,7 +18,7 @@ import h5py
 import numpy as np
 
 from clearance.files.locks import Lock, check_replaceable, temporary_name
-from clearance.results.hdf5_image import CHECK
+from clearance.files.texts import CHECK
 from clearance.results.reading import ABOUT, FACT_UNITS, Reader, checked, column_check
 from clearance.results.recorder import CONTACT_KINDS, EVENT_COLUMNS, SOLVER_COLUMNS, Ranges
 from clearance.results.result import DIMENSIONS, EVENT_TEXTS, Result

@@ -20,9 +20,9 @@ import h5py
 import numpy as np
 
 from clearance.files.locks import replacing
+from clearance.files.texts import CHECK
 from clearance.results.errors import Error, Errors, ExtremeErrors
 from clearance.results.extremes import Extremes, Integrals
-from clearance.results.hdf5_image import CHECK, readable
 from clearance.results.reading import Damaged, Reader, checked, column_check
 from clearance.version import VERSION
 
@@ -163,6 +163,8 @@ def compact_groups(file: h5py.File, paths: Iterable[str]) -> None:
 
 def image_of(file: h5py.File) -> bytes:
     """The bytes of a file that is made in memory."""
+    from clearance.results.hdf5_image import readable
+
     file.flush()
     return readable(file.id.get_file_image())
 
