@@ -140,7 +140,7 @@ def _module(
         Entry("rhs", shape.size),
         Entry("jacobian", n * n),
         Entry("films", len(shape.films)),
-        Entry("spots", 2 * len(shape.contacts)),
+        Entry("spots", 2 * len(shape.spots)),
         Entry("outputs", len(channels)),
         Entry("samples", len(channels)),
     )
@@ -155,7 +155,7 @@ def _module(
     watch.look_first(pieces["start"], entries, watched)
     sampled = pieces["sample"].used(entries.samples)
     module, calls, shared = new_module(), {}, {}
-    of_spots = [SPOT_VALUES * spot + k for _, spot, _ in shape.contacts for k in range(2)]
+    of_spots = [SPOT_VALUES * spot + k for _, spot, _ in shape.spots for k in range(2)]
     places = {
         entries.rhs: ("rhs", dict(enumerate(range(shape.size)))),
         entries.films: ("events", dict(enumerate(SPOT_VALUES * spot for _, spot in shape.films))),

@@ -23,7 +23,7 @@ from clearance.stepping.control import BAND
 from clearance.stepping.locating import FREE
 from clearance.stepping.state import CLEARANCE, PULL, RATE_X, RATE_Y
 from clearance.tracing.function import Opaque
-from clearance.values.spots import CONTACT, FILM
+from clearance.values.spots import BLENDED, CONTACT, FILM
 
 LONGEST = 2**62  # steps
 BLOCK = 64  # bytes that rows are aligned to
@@ -67,12 +67,14 @@ def shape_of(mechanism: Mechanism, implicit: bool) -> Shape:
         if spot.kind == FILM and element in places
     ]
     bands = BAND * np.broadcast_to(mechanism.measures, len(mechanism.spots))
-    contacts = [
+    contacts = tuple(
         (spot.kind, i, float(bands[i]))
-        for i, (_, spot) in enumerate(() if implicit else mechanism.spots)
-    ]
-    ledger = layout.length - layout.states
-    return Shape(mechanism.coordinates, mechanism.size, ledger, tuple(films), tuple(contacts))
+        for i, (_, spot) in enumerate(mechanism.spots)
+        if not implicit or spot.kind == BLENDED
+    )
+    ledger, kind = layout.length - layout.states, "gradual" if implicit else "contacts"
+    sizes = mechanism.coordinates, mechanism.size, ledger, tuple(films)
+    return Shape(*sizes, **{kind: contacts})
 
 
 @dataclass

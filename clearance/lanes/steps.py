@@ -23,7 +23,8 @@ class Shape:
 
     films: (place of the first offset in the state, place among the spots) of each joint that only
         its film carries; contacts: (kind, place among the spots, dead band [m]) of each spot where
-        contact starts and ends inside steps.
+        contact starts and ends inside steps; gradual: of those where it sets in without a touch,
+        for implicit methods.
     """
 
     coordinates: int
@@ -31,6 +32,12 @@ class Shape:
     ledger: int
     films: tuple[tuple[int, int], ...]
     contacts: tuple[tuple[int, int, float], ...] = ()
+    gradual: tuple[tuple[int, int, float], ...] = ()
+
+    @property
+    def spots(self) -> tuple[tuple[int, int, float], ...]:
+        """Spots that are looked at where steps end."""
+        return self.contacts or self.gradual
 
     @property
     def rates(self) -> int:
@@ -164,6 +171,7 @@ class Trial:
     finite: object
     diagonal: list
     powers: list  # changes of the energy integrals
+    met: tuple = ()  # where a contact sets in or ends inside it, and the share of the step
 
 
 def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: float) -> tuple:
@@ -182,9 +190,14 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
     usable = piece.both(accurate, trial.finite)
     taken = piece.both(usable, piece.none(piece.either(*near))) if near else usable
     error = piece.largest(trial.error, 1e-10)
-    step = piece.choose(
-        taken, grown(piece, h, error, order), h * refused(piece, trial, accurate, usable, order)
-    )
+    shorter = refused(piece, trial, accurate, usable, order)
+    if trial.met:
+        met = piece.both(taken, trial.met[0])
+        taken, shorter = (
+            piece.both(taken, piece.none(met)),
+            piece.choose(met, trial.met[1], shorter),
+        )
+    step = piece.choose(taken, grown(piece, h, error, order), h * shorter)
     scale, damping = sizes_of_films(
         piece, shape, y, penetration, trial.diagonal, piece.all("damping")
     )

@@ -17,11 +17,13 @@ from clearance.lanes.steps import (
     Shape,
     Trial,
     conclude,
+    keep,
     proposed,
     start,
 )
 from clearance.lanes.watch import Moment, Watch, look
 from clearance.mechanism.build import Mechanism
+from clearance.stepping import control
 from clearance.stepping.radau import ITERATIONS, SAFETY, STIFF
 from clearance.stepping.state import SETTLED
 from clearance.stepping.tableaus import RADAU5 as K
@@ -37,6 +39,7 @@ BLANK = {"effort": 0.9, "convergence": 1.0}
 PAIR = complex(K.pairs[0])
 NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
 LARGER = 1.15  # factor of the estimate, with which metrics are as accurate as the ordinary way's
+HALVINGS, NEAR = 8, 0.01  # of the place where contact sets in; share of a step that is its end
 AHEAD = 0.8  # share of the step where the Jacobian is taken: fewest iterations over 0.3 to 1
 
 
@@ -62,6 +65,8 @@ def add_rows(rows: Rows, shape: Shape) -> None:
     rows.add("powers", count=STAGES * shape.ledger)
     rows.add("real", "complex_real", "complex_imag", count=size * size)
     rows.add("exchanges", "complex_exchanges", count=exchanges)
+    rows.add("begins", count=2 * len(shape.gradual))  # penetrations and rates where a step begins
+    rows.add("shortened", count=1 if shape.gradual else 0)  # so that it ends where contact sets in
     rows.add("coupling", count=size * shape.coordinates)  # of the Jacobian: rates by coordinates
 
 
@@ -110,7 +115,10 @@ def matrices(piece: Piece, shape: Shape, h, jacobian: list[list]) -> tuple[list[
 
 def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     """The begin of a run."""
-    return start(rows, shape, entries, ORDER, NEXT)
+    piece = start(rows, shape, entries, ORDER, NEXT)
+    if shape.gradual:
+        piece.set("begins", *piece.call(entries.spots, piece.one("t"), piece.all("y")))
+    return piece
 
 
 def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
@@ -323,6 +331,26 @@ def error_of(piece: Piece, shape: Shape, f: list, stages: list[list]) -> tuple[l
     return error, norm * LARGER
 
 
+def onset(piece: Piece, shape: Shape, ends: list) -> tuple:
+    """True where a contact sets in or ends amidst a step, without a touch; the share of the step.
+
+    The loop, too, has such a step end there.
+    """
+    h, begins, met, share = piece.one("h"), piece.all("begins"), [], 1.0
+    for k in range(len(shape.gradual)):
+        low, rise, high, fall = *begins[2 * k : 2 * k + 2], *ends[2 * k : 2 * k + 2]
+        first, second, third = piece.formula(control.cubic, low, rise, high, fall, h)
+        begin, end = 0.0, 1.0
+        for _ in range(HALVINGS):
+            x = (begin + end) * 0.5
+            before = piece.above((low + x * (first + x * (second + x * third))) * low, 0.0)
+            begin, end = piece.choose(before, x, begin), piece.choose(before, end, x)
+        inside = piece.less(piece.size(x - 0.5), 0.5 - NEAR)
+        met.append(piece.both(piece.less(low * high, 0.0), inside))
+        share = piece.choose(met[-1], piece.smallest(share, x), share)
+    return piece.both(piece.either(*met), piece.less(piece.one("shortened"), 0.5)), share
+
+
 def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     """Error of the step, whether it is taken, outputs at its end."""
     piece, n = Piece(rows, FINISH), shape.states
@@ -349,7 +377,12 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
         piece.all("diagonal"),
         changes,
     )
+    if shape.gradual:
+        trial.met = onset(piece, shape, ends := piece.call(entries.spots, t + h, end + y[n:]))
     taken, now = conclude(piece, shape, entries, trial, ORDER)
+    if shape.gradual:
+        keep(piece, taken, "begins", ends)
+        piece.set("shortened", piece.choose(taken, 0.0, piece.flag(trial.met[0])))
     polynomial = [
         piece.weighted(row, column) for row in K.basis for column in zip(*stages, strict=True)
     ]

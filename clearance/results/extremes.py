@@ -199,9 +199,9 @@ class Extremes:
         return values, self.times[best, columns]
 
     @cached_property
-    def _of_run(self) -> tuple[np.ndarray, np.ndarray]:
+    def _of_run(self) -> list[list[float]]:
         """Outermost values of the entire run, and their times."""
-        return self.outermost(0.0, math.inf)
+        return [numbers.tolist() for numbers in self.outermost(0.0, math.inf)]
 
     def of(self, name: str, begin: float = 0.0, end: float = math.inf) -> Extreme | None:
         """Outermost of the extremes that lie between two times [s]; None where there is none.
@@ -210,7 +210,7 @@ class Extremes:
         """
         column = self.columns[name]
         if begin <= 0.0 and end == math.inf and math.isfinite(self._of_run[0][column]):
-            return Extreme(float(self._of_run[0][column]), float(self._of_run[1][column]))
+            return Extreme(self._of_run[0][column], self._of_run[1][column])
         inside = self.inside(begin, end, column)
         values, times = self.values[inside, column], self.times[inside, column]
         if not np.isfinite(values).any():

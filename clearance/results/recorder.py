@@ -305,6 +305,12 @@ class LedgerWatch:
         # how much the residual moved at most, and when by the share `limit`
         self.begin = self.level = self.turned_over = self.moved = self.passed = 0.0
 
+    def start(self, time: float, energies: np.ndarray) -> None:
+        """Take in the first row of all."""
+        self.last = self.low = self.high = energies[:3]
+        self.largest = abs(float(energies[3]))
+        self._begin(time, energies[3])
+
     def add(self, times: np.ndarray, energies: np.ndarray) -> None:
         """Append rows of (kinetic energy, put in, taken out, residual) [J].
 
@@ -312,13 +318,12 @@ class LedgerWatch:
         """
         if not len(energies):
             return
+        if self.last is None:
+            self.start(times[0], energies[0])
         work, residual = energies[:, :3], energies[:, 3]
         self.low = np.minimum(self.low, work.min(axis=0))
         self.high = np.maximum(self.high, work.max(axis=0))
         self.largest = max(self.largest, float(np.abs(residual).max()))
-        if self.last is None:
-            self.last = work[0]
-            self._begin(times[0], residual[0])
         most, total, begin, base = self._most(), self._totals(work), 0, 0.0
         while total[-1] - base >= most > 0.0:
             enough = max(int(np.searchsorted(total, base + most)), begin)
@@ -370,12 +375,20 @@ class Recorder:
     The ledger starts at zero and is watched; ranges and totals are stored. stepped: the run makes
     steps, and the ledger is judged at their ends, for samples between them carry the error of the
     interpolation. Without steps there are only samples, and angles are made continuous from one to
-    the next. floor: energy [J] below which the ledger means nothing.
+    the next. floor: energy [J] below which the ledger means nothing. place: of each channel by its
+    path, where the caller has it.
     """
 
-    def __init__(self, channels: list, sink, stepped: bool = False, floor: float = 0.0):
+    def __init__(
+        self,
+        channels: list,
+        sink,
+        stepped: bool = False,
+        floor: float = 0.0,
+        place: dict[str, int] | None = None,
+    ):
         self.channels, self.sink, self.stepped = channels, sink, stepped
-        self.place = {c.path: i for i, c in enumerate(channels)}
+        self.place = place or {c.path: i for i, c in enumerate(channels)}
         self.balance, self.kinetic = (
             self.place.get("energy/residual"),
             self.place.get("energy/kinetic"),
@@ -392,6 +405,7 @@ class Recorder:
         ]
         if self.balance is not None:
             self.ledger = LedgerWatch(floor)
+            self.energies = [self.kinetic, *self.work, self.balance]
 
     @cached_property
     def angles(self) -> list[tuple[int, int]]:
@@ -412,9 +426,10 @@ class Recorder:
             rows[:, self.balance] -= self.zero
         self.sink.rows(times, rows)  # first: what it refuses is not part of the summary
         self._summarise(rows)
-        if self.ledger and (self.last is None or not self.stepped):
-            seen = slice(1 if self.stepped else None)
-            self.ledger.add(times[seen], rows[seen][:, [self.kinetic, *self.work, self.balance]])
+        if self.ledger and self.last is None:
+            self.ledger.start(times[0], rows[0, self.energies])
+        if self.ledger and not self.stepped:
+            self.ledger.add(times, rows[:, self.energies])
         self.last = (times[-1], rows[-1].copy())
 
     def _summarise(self, rows: np.ndarray) -> None:

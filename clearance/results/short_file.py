@@ -231,7 +231,7 @@ class ShortFile(Memory):
 
     def reader(self) -> MemoryReader:
         """A reader of what the file holds, as it holds it."""
-        ended = closing(*self.ended[:-1])
+        ended = closing(*self.ended[:3], {})
         added = self.groups[""].attributes if "" in self.groups else {}
         ready = {"": {**self.about, **ended[""], **added}, "solver": ended["solver"]}
         return MemoryReader(ready, self._all, self.given)

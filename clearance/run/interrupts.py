@@ -1,5 +1,7 @@
 """Signals that end a run: taken in order, between two pieces of its output."""
 
+# with plain numbers: `signal` makes names of them, which takes ten times as long at each short run
+import _signal
 import _thread
 import os
 import signal
@@ -130,9 +132,9 @@ class DeferredSignals:
 
     def __enter__(self) -> "DeferredSignals":
         for number in (signal.SIGINT, signal.SIGTERM) if _in_main_thread() else ():
-            if callable(handler := signal.getsignal(number)):
+            if callable(handler := _signal.getsignal(number)):
                 self.before[number] = handler
-                signal.signal(number, self._handle)
+                _signal.signal(number, self._handle)
         return self
 
     def _handle(self, number: int, frame) -> None:
@@ -152,6 +154,6 @@ class DeferredSignals:
 
     def __exit__(self, kind, *_) -> None:
         for number, handler in self.before.items():
-            signal.signal(number, handler)
+            _signal.signal(number, handler)
         if kind is None:
             self.check()

@@ -218,8 +218,12 @@ class Watched:
 
     def integrals(self, state: State) -> Integrals:
         """Integrals over time so far."""
-        done, names = state.parts, tuple(i.name for i in self.integrands)
+        done = state.parts
         ends = np.append(state.part * np.arange(1, done + 1), state.time)
-        units = tuple(i.units for i in self.integrands)
         positive = np.maximum(state.totals[: done + 1], 0.0)  # as the integrands are
-        return Integrals(names, units, ends, positive)
+        return Integrals(*self._summed, ends, positive)
+
+    @cached_property
+    def _summed(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Names and units of the integrands."""
+        return tuple(i.name for i in self.integrands), tuple(i.units for i in self.integrands)

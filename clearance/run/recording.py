@@ -37,9 +37,9 @@ class Recording(Observer):
 
     def samples(self, times, rows):
         """Record those before the first that is not finite."""
-        finite = np.isfinite(rows).all(axis=1)
-        good = len(rows) if finite.all() else int(finite.argmin())
-        if good < len(rows):
+        good = len(rows)
+        if not np.isfinite(rows).all():
+            good = int(np.isfinite(rows).all(axis=1).argmin())
             self.diagnosis.spoil(times[: good + 1], rows[good])
         self.recorder.samples(times[:good], rows[:good])
 
@@ -66,7 +66,8 @@ def record_run(
     run.method.paced = True
     _sum_wear(run)
     scale = max(COASTING * run.solver.rtol, LEAST) * run.mechanism.energy
-    recording = Recording(run, Recorder(run.mechanism.layout.channels, sink, True, scale))
+    layout = run.mechanism.layout
+    recording = Recording(run, Recorder(layout.channels, sink, True, scale, layout.output))
     watching = [recording, Interrupts(check)]
     for group, facts in run.mechanism.scene.facts.items():
         recording.recorder.add_facts(group, **facts)
@@ -112,9 +113,11 @@ def remember_run(run: Run, attributes: dict | None = None) -> tuple[MemoryRecord
 
 def attributes_of(run: Run) -> dict:
     """Attributes of the result file: scene, kernel, start, options."""
-    texts = run.mechanism.structure.texts
-    about = {"kernel": "\n\n".join(texts[r] for r in run.method.roles), "start": run.started}
-    about["options"] = json.dumps(run.options)
+    structure, roles = run.mechanism.structure, run.method.roles
+    text = run.mechanism.remembered(
+        ("text", *roles), lambda: "\n\n".join(structure.texts[r] for r in roles)
+    )
+    about = {"kernel": text, "start": run.started, "options": json.dumps(run.options)}
     return run.mechanism.scene.provenance | about
 
 

@@ -100,7 +100,7 @@ def _of_file(name: str | Path) -> Case:
             )
         if path.suffix not in FILES:
             raise ValueError(f"{name} is no case file: the name of one ends in .py or .toml")
-    elif str(name) in case_names():
+    elif not str(name).startswith("_") and (library() / f"{name}.py").is_file():
         path = library() / f"{name}.py"
     else:
         names = case_names()
@@ -125,13 +125,21 @@ def _python_file(path: Path, name: str = "scene") -> Case:
         raise ValueError(
             f"case file {path} must define a function {name}(...) that returns a Scene"
         )
-    case = _made_by(function, label, path, function.__doc__ or module.__doc__ or "")
+    text, length = function.__doc__ or module.__doc__ or "", getattr(module, "UNTIL", None)
     reference = str(path.resolve()) + ("" if name == "scene" else f":{name}")
-    ours = path.parent == library()
+    return _defined(function, label, path, text, length, reference)
+
+
+@functools.lru_cache(maxsize=16)
+def _defined(
+    function: Callable[..., Scene], name: str, path: Path, text: str, length, reference: str
+) -> Case:
+    """The case of a function of a file; length: that of its runs [s], where the file states it."""
+    case, ours = _made_by(function, name, path, text), path.parent == library()
     return dataclasses.replace(
         case,
         function=_gathering(function) if ours else case.function,
-        length=getattr(module, "UNTIL", None),
+        length=length,
         library=ours,
         reference=path.stem if ours else reference,
     )

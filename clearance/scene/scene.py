@@ -168,7 +168,7 @@ class Scene(Celled):
         """Position of each part among all, by its key."""
         return {p.key: i for i, p in enumerate(self.parts)}
 
-    @property
+    @cached_property
     def provenance(self) -> dict[str, str]:
         """Attributes of result files: case, parameters that were given (JSON), entire scene (JSON),
         joints whose contact begins with a touch (JSON).

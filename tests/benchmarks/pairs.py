@@ -3,13 +3,14 @@
 The table of a commit stands at a mark of its own, `<!-- costs beside COMMIT -->`.
 
 COMMIT: a commit of this repository, which is checked out beside it, or the folder of a checkout.
-Some forty workloads: bare loops, calls, points of every model and way, commands, memory, imports,
-sizes of files. CPU seconds of fresh processes, their children counted, each checkout with a store
-and a numba cache of its own. The two take turns, and the one that begins alternates. A ratio is the
-median of before over now of the pairs, which other work on the machine hardly changes. Pieces of a
-process, such as a loop, are the least of several in it. Where the store must be empty there are
-fewer pairs. What the earlier commit does not have is left out. It ends with status 1 where a ratio
-is below --least. `--only WORDS` takes the rows that have one of the words, between commas. Without
+Some fifty workloads: bare loops, calls, points of every model and way, commands, memory, imports,
+sizes of files; ratios within this code. CPU seconds of fresh processes, their children counted,
+each checkout with a store and a numba cache of its own. The two take turns, and the one that begins
+alternates. A ratio is the median of before over now of the pairs, which other work on the machine
+hardly changes. Pieces of a process, such as a loop, are the least of several in it. Where the store
+must be empty there are fewer pairs. What the earlier commit does not have is left out. It ends with
+status 1 where a ratio is below --least. `--only WORDS` takes the rows that have one of the words,
+between commas. Without
 COMMIT: seconds alone.
 """
 
@@ -158,29 +159,57 @@ PIECES = {
     ),
     "file opened, two channels and the scene read": ("read", "six_bar_feeder", MIXED, TURN),
 }
+#: it prints wall seconds and the mean steps of a point
 SWEEP = """
 import sys, time
 import numpy as np
 import clearance as cl
 values, side, turns, workers, folder = eval(sys.argv[1])
+case = values.pop("case", "six_bar_feeder")
 points = cl.grid(speed=np.linspace(20.0, 60.0, side), clearance=np.geomspace(5e-5, 5e-4, side))
 options = {"workers": workers, "turns": turns}
 began = time.perf_counter()
-cl.sweep("six_bar_feeder", points, folder, fixed=values, channels=[], **options)
-print(time.perf_counter() - began)
+done = cl.sweep(case, points, folder, fixed=values, channels=[], **options)
+print(time.perf_counter() - began, np.mean(getattr(done, "costs", {}).get("steps", 0.0)))
 """
-THIN = MIXED | {"viscosity": 0.005}
+#: random points of the same parts of both parameters, two factors of a Sobol design
+SCATTER = """
+import sys
+import clearance as cl
+values, turns, folder = eval(sys.argv[1])
+spread = {"speed": "uniform(20, 60)", "clearance": "uniform(50um, 500um)"}
+options = {"workers": 1, "turns": turns}
+cl.scatter("six_bar_feeder", spread, folder, points=256, fixed=values, **options)
+"""
+THIN, BCE = MIXED | {"viscosity": 0.005}, {"joints": "B,C,E"}
+FEW, MANY = 10, 20  # points of a side of two sweeps, whose difference is that of their points
 #: rows: values, points of a side of the grid, turns
 SWEEPS = {
     "sweep: lubricated B, 400 points": (LUBRICATED, 20, 2.0),
     "sweep: lubricated B, 100 points, 20 turns": (LUBRICATED, 10, 20.0),
-    "sweep: lubricated B,C,E, 100 points": (LUBRICATED | {"joints": "B,C,E"}, 10, 2.0),
+    "sweep: lubricated B,C,E, 100 points": (LUBRICATED | BCE, 10, 2.0),
     "sweep: mixed B, 400 points": (THIN, 20, 2.0),
     "sweep: mixed B, 100 points, 20 turns": (THIN, 10, 20.0),
-    "sweep: mixed B,C,E, 100 points": (THIN | {"joints": "B,C,E"}, 10, 2.0),
+    "sweep: mixed B,C,E, 100 points": (THIN | BCE, 10, 2.0),
     "sweep: dry B, 100 points": ({"model": "dry"}, 10, 2.0),
 }
-
+#: values, turns
+POINTS = {
+    "lubricated B": (LUBRICATED, 2.0),
+    "lubricated B, 20 turns": (LUBRICATED, 20.0),
+    "lubricated B,C,E": (LUBRICATED | BCE, 2.0),
+    "mixed B": (THIN, 2.0),
+    "mixed B, 20 turns": (THIN, 20.0),
+    "mixed B,C,E": (THIN | BCE, 2.0),
+    "dry B": ({"model": "dry"}, 2.0),
+    "dry slider-crank": ({"case": "slider_crank", "model": "dry"}, 2.0),
+}
+#: those whose wall times with one worker and with two are compared: seconds of the loop each
+WORKERS = {
+    "film": (LUBRICATED, 100, 2.0),
+    "mixed": (THIN, 40, 2.0),
+    "dry": ({"model": "dry"}, 26, 2.0),
+}
 
 MEMORY = """
 import resource, sys
@@ -253,16 +282,30 @@ class Checkout:
         self.count += 1
         return self.cpu("-c", SWEEP, repr((values, side, turns, 1, f"sweep{self.count}")))
 
-    def point(self, values: dict, side: int, turns: float) -> float:
-        """Cost of one point: sweeps of two sizes, without what all of a size share."""
-        few, many = side // 2, side
-        cheaper, dearer = (self.sweep(values, n, turns) for n in (few, many))
-        return (dearer - cheaper) / (many**2 - few**2)
+    def point(self, values: dict, turns: float) -> float:
+        """CPU of one point more, from sweeps of two sizes: without what all of a size share."""
+        fewer, more = (self.sweep(values, n, turns) for n in (FEW, MANY))
+        return (more - fewer) / (MANY**2 - FEW**2)
 
-    def two_workers(self, values: dict, side: int, turns: float) -> float:
-        """Wall seconds of a sweep with two workers."""
+    def swept(self, values: dict, side: int, turns: float, workers: int = 1) -> list[float]:
+        """Wall seconds of a sweep into a new folder, and mean steps of its points."""
         self.count += 1
-        return float(self.done("-c", SWEEP, repr((values, side, turns, 2, f"sweep{self.count}"))))
+        about = values, side, turns, workers, f"sweep{self.count}"
+        return [float(word) for word in self.done("-c", SWEEP, repr(about)).split()]
+
+    def workers(self, *sweep) -> float:
+        """Wall time with one worker over that with two: the machine must have nothing beside."""
+        return self.swept(*sweep, 1)[0] / self.swept(*sweep, 2)[0]
+
+    def step(self, values: dict, turns: float) -> float:
+        """CPU seconds of a step of a point, without what all points of a sweep share."""
+        return self.point(values, turns) / self.swept(values, MANY, turns)[1]
+
+    def scatter(self, values: dict, turns: float) -> float:
+        """256 random points over a grid of as many, by CPU."""
+        self.count += 1
+        random = self.cpu("-c", SCATTER, repr((values, turns, f"scatter{self.count}")))
+        return random / self.sweep(values, 16, turns)
 
     def life(self, case: str, turns: int) -> float:
         """A life in a new folder."""
@@ -282,6 +325,23 @@ class Checkout:
 
 
 Row = Callable[[Checkout], float]
+#: ratios within this code
+WITHIN: dict[str, Row] = {
+    **{
+        f"one worker over two, wall: {n}": (lambda one, s=s: one.workers(*s))
+        for n, s in WORKERS.items()
+    },
+    "a step of a mixed point over a film-only one": lambda one: (
+        one.step(THIN, 20.0) / one.step(LUBRICATED, 20.0)
+    ),
+    "scatter over a grid, 256 mixed points": lambda one: one.scatter(THIN, 2.0),
+}
+
+
+def _ours(checkout: Checkout, measure: Row) -> float:
+    return measure(checkout) if checkout.root == HERE else math.nan
+
+
 #: rows of an empty store, in this order
 COLD: dict[str, Row] = {
     "first run of the README, empty store": lambda one: one.run(README),
@@ -296,12 +356,8 @@ WARM: dict[str, Row] = {
     "report of six feeder turns": lambda one: one.report(),
     **{n: (lambda one, p=p: one.piece(*p)) for n, p in PIECES.items()},
     **{n: (lambda one, s=s: one.sweep(*s)) for n, s in SWEEPS.items()},
-    **{f"a point of {n}": (lambda one, s=s: one.point(*s)) for n, s in SWEEPS.items()},
-    **{
-        f"{n}, two workers, wall": (lambda one, s=s: one.two_workers(*s))
-        for n, s in SWEEPS.items()
-        if n.endswith("B, 400 points")
-    },
+    **{f"a point: {n}": (lambda one, p=p: one.point(*p)) for n, p in POINTS.items()},
+    **{f"{n} [times]": (lambda one, r=r: _ours(one, r)) for n, r in WITHIN.items()},
     "life: 4000 turns of `wear_a`": lambda one: one.life("wear_a", 4000),
     "memory of 200 lubricated turns [MB]": lambda one: one.memory(200),
     "memory of 1000 lubricated turns [MB]": lambda one: one.memory(1000),
