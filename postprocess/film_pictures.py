@@ -18,6 +18,7 @@ from clearance.film.bearing import FilmSolution
 KINDS = {
     "closed form": ("#7f7f7f", "s"),
     "table": ("#c8102e", "o"),
+    "elastic film": ("tab:orange", "v"),
     "fast solver": ("#0b3d91", "^"),
     "finite elements": ("#00843d", "D"),
 }
@@ -171,7 +172,7 @@ def ladder(study, path: str | Path) -> Path:
                 marker,
                 color=colour,
                 ms=6,
-                label=kind,
+                label=kind if of_kind else None,
             )
         for r, name, shift in _rung_labels(rungs):
             side = "left" if shift[0] > 0 else "right"

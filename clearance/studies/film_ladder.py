@@ -38,7 +38,7 @@ RUN_RTOL, REFERENCE_RTOL = 1e-6, 1e-9
 SAMPLES = 401
 REPEATS = 5
 #: the elastic film, here of a surface that hardly yields: what it costs, its way to the rigid one
-STIFF = "elastic film, stiff", "table", elastic_film(liner=1e-18, pressure_viscosity=0.0)
+STIFF = "elastic film, stiff", "elastic film", elastic_film(liner=1e-18, pressure_viscosity=0.0)
 #: passes of a solver along all states, fewer once they took so long [s]; derivatives at every so
 #: many states
 PASSES, ENOUGH, EVERY = 3, 3.0, 4

@@ -2,6 +2,7 @@
 
 import csv
 import math
+import random
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,7 +20,9 @@ from clearance.metrics.summary import elastic_state
 from clearance.run.force_hole import hole_check
 from clearance.studies.explain import explain
 from clearance.tracing.kernels import evaluated
+from tests.relations import Channels, Mirrored, Renamed, Rotated
 from tests.seeds import few_of
+from tests.trials import RTOL, Base
 
 ROWS = Path(__file__).parents[1] / "validation" / "line_contact_rows.csv"
 RADIUS, CLEARANCE = 0.01, 1e-4
@@ -225,6 +228,21 @@ def test_random_feeders_run(joints, seed):
     assert (joint.rigid_film > 0.0).all()
     states = joint.membership_full_film + joint.membership_mixed + joint.membership_dry
     np.testing.assert_allclose(states, 1.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", [Rotated, Mirrored, Renamed])
+@pytest.mark.parametrize("case", ["four_bar", pytest.param("slider_crank", marks=pytest.mark.slow)])
+def test_the_frame_decides_nothing(case, kind):
+    """A rotated, a mirrored and a renamed mechanism move alike, within a thousand times the
+    tolerance of the runs; their energy closes to 1e-5 of the turnover.
+    """
+    rng = random.Random(5)
+    options = {"viscosity": 0.002, "clearance": rng.uniform(5e-5, 2e-4), "elastic": "true"}
+    scene = cl.load_case(case, model="mixed", **options)
+    change, span = kind(rng, scene), {"until": 0.3 * scene.turn}
+    one, other = (cl.simulate(s, rtol=RTOL, samples=101, **span) for s in (scene, change.of(scene)))
+    assert max(r.solver["energy_residual_share"] for r in (one, other)) < 1e-5
+    Base(scene, span, Channels(one)).agree(Channels(other), change, kind.__name__)
 
 
 def test_lanes_agree(tmp_path):
