@@ -209,6 +209,11 @@ def _lagrange(places: np.ndarray, at: np.ndarray) -> np.ndarray:
 Numbers = Iterator[tuple]  # name, value, units, text, and of extremes their time [s]
 
 
+def named(*parts: Numbers) -> dict[str, Metric]:
+    """Metrics of a run by name."""
+    return {name: Metric(float(value), *about) for part in parts for name, value, *about in part}
+
+
 def metrics(
     record: Record, settle: float | None = None, ideal: dict | None = None
 ) -> dict[str, Metric]:
@@ -224,8 +229,7 @@ def metrics(
     if window is None:
         return {}
     parts = *reduced(OfRecord(record, window, ideal or {})), periodicity(record, window)
-    rows = {name: Metric(float(value), *about) for part in parts for name, value, *about in part}
-    return ByName(rows)
+    return ByName(named(*parts))
 
 
 def startup(record: Record, settle: float | None = None) -> dict[str, Metric]:
@@ -241,10 +245,7 @@ def startup(record: Record, settle: float | None = None) -> dict[str, Metric]:
     if before is None:
         return {}
     *parts, _ = reduced(OfRecord(record, before, {}))
-    all_of_it = {
-        name: Metric(float(value), *about) for part in parts for name, value, *about in part
-    }
-    return {name: metric for name, metric in all_of_it.items() if metric.time is not None}
+    return {name: metric for name, metric in named(*parts).items() if metric.time is not None}
 
 
 class Reductions(ABC):

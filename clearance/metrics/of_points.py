@@ -21,7 +21,7 @@ import numpy as np
 
 from clearance.metrics import statistics as series
 from clearance.metrics.by_turn import ROUNDING, Series, by_turn
-from clearance.metrics.metrics import Metric, Numbers, Window, metrics
+from clearance.metrics.metrics import Metric, Numbers, Window, metrics, named
 from clearance.results.record import Record
 
 SHARES = (0.9, 0.99)  # quantiles of turn peaks
@@ -40,13 +40,12 @@ def of_point(
     begin = float(record.turns_at(window.begin))
     last = begin + window.turns + ROUNDING
     if not is_dry(record.scene):
-        means = peak_means(by_turn(record, begin, last, forces=True))
-        return values | {n: Metric(float(v), *about) for n, v, *about in means}
+        return values | named(peak_means(by_turn(record, begin, last, forces=True)))
     by_name = by_turn(record, begin, last, ideal=ideal)
     if not by_name:
         return values
     texts = {name: metric.text for name, metric in values.items()}
-    numbers = {n: Metric(float(v), *about) for n, v, *about in statistics(by_name, texts)}
+    numbers = named(statistics(by_name, texts))
     oiled = set(of_films(record.scene))
     stay = (n for n, m in values.items() if m.time is None and not n.endswith("_max"))
     return numbers | {n: values[n] for n in (*stay, *(n for n in values if n in oiled))}

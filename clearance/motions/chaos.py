@@ -24,7 +24,7 @@ from clearance.metrics.by_turn import Series, by_turn
 from clearance.metrics.statistics import Mean, Quantile
 from clearance.motions.ensemble import FEWEST_TURNS, Ensemble
 from clearance.results.extremes import TURNS
-from clearance.results.tables import Table, appending, save_tables, write_table
+from clearance.results.tables import Table, appending, columns_of, save_tables, write_table
 from clearance.run.options import FINEST, Solver, Span
 from clearance.run.progress_bar import watched
 from clearance.run.run import Run
@@ -37,6 +37,12 @@ ERROR = 0.05
 MOST_TURNS = 20_000
 STARTS = 4
 SHARES = (0.9, 0.99)  # quantiles of turn peaks
+#: columns of a table of means that are their attributes: units, text
+OF_MEANS = {
+    "half_width": ("1", "half of its 95 % interval"),
+    "count": ("1", "turns that the mean is over"),
+    "batches": ("1", "batches that the interval is from"),
+}
 PEAKS = "_peak"  # end of the names of quantities with quantiles
 TIGHTER = 100.0  # the check's tolerance is this much smaller
 CHECKED = 0.25  # share of the turns that the check runs
@@ -171,6 +177,18 @@ class Statistics(Celled):
             reason = "not confirmed by a second look"
         return f"{asked}, only {got} for {name} {over}: {reason}"
 
+    @property
+    def _about(self) -> dict[str, object]:
+        """Facts of these statistics, for files and as plain data."""
+        return {
+            "reached": self.reached,
+            "verdict": self.verdict,
+            "left_out": self.left_out,
+            "max_turns": self.max_turns,
+            "rtol": self.rtol,
+            "turn_s": self.turn,
+        }
+
     def lines(self) -> list[str]:
         """A table of all quantities, and what it is made of."""
         starts, turns = self.shape
@@ -194,17 +212,12 @@ class Statistics(Celled):
     def plain(self) -> dict:
         """All of it but the values turn by turn, as plain data."""
         return {
+            **self._about,
             "asked": self.asked,
-            "reached": self.reached,
-            "verdict": self.verdict,
             "needed_turns": self.needed,
             "turns": self.turns,
             "starts": self.shape[0],
             "turns_a_start": self.shape[1],
-            "left_out": self.left_out,
-            "max_turns": self.max_turns,
-            "rtol": self.rtol,
-            "turn_s": self.turn,
             "motions": [
                 {
                     "starts": list(m.starts),
@@ -228,13 +241,7 @@ class Statistics(Celled):
                 write_table(file, f"statistics/{name}" if name else "statistics", about, columns)
 
     def _tables(self) -> dict[str, tuple[dict, Table]]:
-        about = {"asked": json.dumps(self.asked), "reached": self.reached, "verdict": self.verdict}
-        about |= {
-            "left_out": self.left_out,
-            "max_turns": self.max_turns,
-            "rtol": self.rtol,
-            "turn_s": self.turn,
-        }
+        about = self._about | {"asked": json.dumps(self.asked)}
         if self.check:
             about |= {
                 "check": str(self.check),
@@ -292,18 +299,7 @@ def _columns(motion: Motion) -> Table:
         "quantity": ("1", "name of the quantity", np.array(list(motion.quantities), dtype=str)),
         "units_of": ("1", "its units", np.array([s.units for s in rows], dtype=str)),
         "mean": ("1", "mean over turns, in units_of", np.array([s.mean.value for s in rows])),
-        "half_width": (
-            "1",
-            "half of its 95 % interval",
-            np.array([s.mean.half_width for s in rows]),
-        ),
-        "count": ("1", "turns that the mean is over", np.array([s.mean.count for s in rows])),
-        "batches": (
-            "1",
-            "batches that the interval is from",
-            np.array([s.mean.batches for s in rows]),
-        ),
-    }
+    } | columns_of([s.mean for s in rows], OF_MEANS)
     for share in SHARES:
         quantiles = [next((q for q in s.quantiles if q.share == share), None) for s in rows]
         name, text = f"q{round(100 * share)}", f"value that {share:.0%} of the turns stay below"

@@ -22,7 +22,7 @@ from clearance.motions.maps import NotPeriodic
 from clearance.motions.steady import tolerance_of
 from clearance.results.extremes import along, guides
 from clearance.results.stream import matching
-from clearance.results.tables import save_tables
+from clearance.results.tables import columns_of, save_tables
 from clearance.run.inputs import accept, differences, of_case
 from clearance.run.progress_bar import watched
 from clearance.scene.catalogue import AnyCase, case_with
@@ -33,6 +33,14 @@ from clearance.values.units import UNITS, written
 INTERRUPTED = "interrupted"
 SAVED = 3.0  # seconds between two writings of a branch under way, at least
 SHARE = 50.0  # the same, over the time that a writing takes
+#: columns of a branch that are attributes of its points: units, text
+COLUMNS = {
+    "period": ("turns", "period"),
+    "branch": ("1", "number of the doubling that the curve begins in, 0 for the first curve"),
+    "duration": ("s", "duration of a period"),
+    "contacts": ("1", "contacts in a period"),
+    "slope": ("1", "share of the parameter in the tangent"),
+}
 
 
 @dataclass(frozen=True)
@@ -104,37 +112,19 @@ class Branch(Celled):
         """All of it as columns: units, text, values."""
         points, turns = self.points, max((p.period for p in self.points), default=1)
         count = max((p.multipliers.size for p in points), default=0)
-        values = np.array([np.pad(p.multipliers, (0, count - p.multipliers.size)) for p in points])
-        values = values.reshape(len(points), count)
-        errors = np.array([np.pad(p.errors, (0, count - p.errors.size)) for p in points])
-        errors = errors.reshape(len(points), count)
-        table = {
-            self.parameter: (self.units, "value of the parameter", self.values),
-            "kind": ("1", "bifurcation, empty on the way", np.array([p.kind for p in points])),
-            "stable": (
-                "1",
-                "1: neighbouring motions come back",
-                np.array([p.stable for p in points], int),
-            ),
-            "largest_multiplier": (
-                "1",
-                "size of the largest",
-                np.array([p.largest for p in points]),
-            ),
-            "period": ("turns", "period", np.array([p.period for p in points])),
-            "branch": (
-                "1",
-                "number of the doubling that the curve begins in, 0 for the first curve",
-                np.array([p.branch for p in points]),
-            ),
-            "duration": ("s", "duration of a period", np.array([p.duration for p in points])),
-            "contacts": ("1", "contacts in a period", np.array([p.contacts for p in points])),
-            "slope": (
-                "1",
-                "share of the parameter in the tangent",
-                np.array([p.slope for p in points]),
-            ),
-        }
+
+        def padded(rows: list[np.ndarray]) -> np.ndarray:
+            wide = [np.pad(row, (0, count - row.size)) for row in rows]
+            return np.array(wide).reshape(len(points), count)
+
+        values, errors = padded([p.multipliers for p in points]), padded([p.errors for p in points])
+        stable = np.array([p.stable for p in points], int)
+        largest = np.array([p.largest for p in points])
+        table = {self.parameter: (self.units, "value of the parameter", self.values)}
+        table |= columns_of(points, {"kind": ("1", "bifurcation, empty on the way")})
+        table["stable"] = "1", "1: neighbouring motions come back", stable
+        table["largest_multiplier"] = "1", "size of the largest", largest
+        table |= columns_of(points, COLUMNS)
         for i in range(count):
             table[f"multiplier_{i + 1}_real"] = ("1", "Floquet multiplier", values[:, i].real)
             table[f"multiplier_{i + 1}_imaginary"] = ("1", "Floquet multiplier", values[:, i].imag)

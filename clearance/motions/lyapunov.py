@@ -295,23 +295,30 @@ def table(exponents: dict[str, Exponent]) -> list[str]:
     return markdown(heads, rows)
 
 
+def _about(x: Exponent) -> dict:
+    """Facts of an exponent, for files and as plain data."""
+    return {
+        "per_turn": x.per_turn,
+        "error": x.error,
+        "sampling_error": x.sampling,
+        "distance_effect": x.effect,
+        "verdict": x.verdict,
+        "settle": x.settle,
+        "distance": x.distance,
+        "rtol": x.rtol,
+    }
+
+
 def plain(exponents: dict[str, Exponent]) -> dict:
     """Exponents by name, as one JSON document."""
     return {
-        name: {
-            "per_turn": x.per_turn,
-            "error": x.error,
+        name: _about(x)
+        | {
             "per_second": x.per_second,
             "error_per_second": x.error_per_second,
-            "sampling_error": x.sampling,
-            "distance_effect": x.effect,
             "resolution": x.resolution,
-            "verdict": x.verdict,
             "turn_s": x.turn,
             "turns": x.turns,
-            "settle": x.settle,
-            "distance": x.distance,
-            "rtol": x.rtol,
             "growth": x.growth.tolist(),
         }
         for name, x in exponents.items()
@@ -323,17 +330,7 @@ def save(exponents: dict[str, Exponent], folder: str | Path) -> Path:
     tables = {}
     for name, x in exponents.items():
         tables[name.replace("/", " ")] = (
-            {
-                "per_turn": x.per_turn,
-                "error": x.error,
-                "sampling_error": x.sampling,
-                "distance_effect": x.effect,
-                "verdict": x.verdict,
-                "turn": x.turn,
-                "settle": x.settle,
-                "distance": x.distance,
-                "rtol": x.rtol,
-            },
+            _about(x) | {"turn": x.turn},
             {
                 "growth": ("1", "logarithm of the growth of the separation, by turn", x.growth),
                 "growth_wider": (

@@ -5,7 +5,7 @@ run; mesh convergence.
 import math
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
@@ -34,6 +34,7 @@ FAST = ((32, 4), (48, 6), (64, 8), (96, 12), (128, 16), (192, 24))
 ELEMENTS = ((16, 2), (32, 4), (64, 8), (128, 16))
 REFERENCE = (384, 48)
 NODES = (9, 17, 33, 65)
+SOLVERS = ("fast solver", "fast solver"), ("FEM", "finite elements")  # name and kind
 RUN_RTOL, REFERENCE_RTOL = 1e-6, 1e-9
 SAMPLES = 401
 REPEATS = 5
@@ -159,33 +160,28 @@ def single_states(progress: Callable[[str], None], quick: bool = False) -> list[
     finest = bands.FastFilm(bearing, FAST[-1] if quick else REFERENCE)
     wanted = np.array([finest.outputs(*state)[:2] for state in states])
     rungs = []
-    for name in ("pinkus_sternlicht", "long", "short", "harmonic"):
+    for name, kind, law in laws_by_cost(quick):
         progress(name)
-        rungs.append(law_rung(name, "closed form", joint_options.FILMS[name](), states, wanted))
-    for nodes in NODES[:3] if quick else NODES:
-        progress(f"table of {nodes} nodes")
-        law = table_film(nodes=nodes)
-        rungs.append(law_rung(f"table {nodes}x{nodes}", "table", law, states, wanted))
-    if not quick:
-        rungs.append(law_rung(*STIFF, states, wanted))
-    for mesh in FAST[:2] if quick else FAST:
-        progress(f"fast solver {mesh}")
-        film = bands.FastFilm(bearing, mesh)
-        rungs.append(
-            solver_rung(f"fast solver {mesh[0]}x{mesh[1]}", "fast solver", film, states, wanted)
-        )
-    for mesh in ELEMENTS[:2] if quick else ELEMENTS:
-        progress(f"finite elements {mesh}")
-        rungs.append(
-            solver_rung(
-                f"FEM {mesh[0]}x{mesh[1]}",
-                "finite elements",
-                fem.FemFilm(bearing, mesh),
-                states,
-                wanted,
-            )
-        )
+        rungs.append(law_rung(name, kind, law, states, wanted))
+    meshes = (FAST[:2], ELEMENTS[:2]) if quick else (FAST, ELEMENTS)
+    for (solver, kind), make, of in zip(
+        SOLVERS, (bands.FastFilm, fem.FemFilm), meshes, strict=True
+    ):
+        for mesh in of:
+            name = f"{solver} {mesh[0]}x{mesh[1]}"
+            progress(name)
+            rungs.append(solver_rung(name, kind, make(bearing, mesh), states, wanted))
     return rungs
+
+
+def laws_by_cost(quick: bool) -> Iterator[tuple[str, str, BoundLaw]]:
+    """Films that kernels call, coarse to fine: name, kind, law."""
+    for name in ("pinkus_sternlicht", "long", "short", "harmonic"):
+        yield name, "closed form", joint_options.FILMS[name]()
+    for nodes in NODES[:3] if quick else NODES:
+        yield f"table {nodes}x{nodes}", "table", table_film(nodes=nodes)
+    if not quick:
+        yield STIFF
 
 
 # --- a complete run
@@ -199,23 +195,13 @@ def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = Fals
         turns,
         REFERENCE_RTOL,
     )[0]
-    films = {
-        n: ("closed form", joint_options.FILMS[n]())
-        for n in ("pinkus_sternlicht", "long", "short", "harmonic")
-    }
-    films |= {
-        f"table {n}x{n}": ("table", table_film(nodes=n)) for n in (NODES[:3] if quick else NODES)
-    }
-    if not quick:
-        films[STIFF[0]] = STIFF[1:]
-    for mesh in () if quick else FAST[:2]:
-        law = joint_options.ONLINE_FILMS["fast"](mesh=mesh)
-        films[f"fast solver {mesh[0]}x{mesh[1]}"] = "fast solver", law
-    for mesh in ELEMENTS[:1] if quick else ELEMENTS[:2]:
-        law = joint_options.ONLINE_FILMS["fem"](mesh=mesh)
-        films[f"FEM {mesh[0]}x{mesh[1]}"] = "finite elements", law
+    films = list(laws_by_cost(quick))
+    meshes = ((), ELEMENTS[:1]) if quick else (FAST[:2], ELEMENTS[:2])
+    for (solver, kind), law, of in zip(SOLVERS, ("fast", "fem"), meshes, strict=True):
+        make = joint_options.ONLINE_FILMS[law]
+        films += [(f"{solver} {mesh[0]}x{mesh[1]}", kind, make(mesh=mesh)) for mesh in of]
     rungs = []
-    for name, (kind, law) in films.items():
+    for name, kind, law in films:
         progress(f"run with {name}")
         moved, seconds, steps = journal(with_film(case, law), turns, RUN_RTOL)
         error = float(np.sqrt(((moved - reference) ** 2).sum(axis=1).mean()))
