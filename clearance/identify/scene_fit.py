@@ -44,7 +44,7 @@ PARTED = 0.05  # change of slopes with the width of their differences, from whic
 LEADING, STARTING, FINISH, LAST = 1e-3, 1e-4, 1e-6, 1e-9
 REFUSED = 4.0  # costs over the least, from which an end is no rival
 NEAR = 0.02  # of the bounds: starts that end so near to each other may have one end
-MOST = 100  # evaluations of one start
+MOST, MOST_LEADING = 100, 12  # evaluations of one start, and of a first part
 LOOKED = 16  # points between the bounds at which the cost is looked at, a start
 SETTLE = 2.0  # turns before a record, where nothing else is requested
 SAMPLES = 720  # of a turn, at least; between them by cubics
@@ -52,7 +52,7 @@ ROOM = 0.1  # of a record where nothing turns, by which it may be shifted
 LENGTH = 2000  # samples of a record where nothing turns, at least
 ROUNDING = 1e-9  # of a number of samples
 PLACES = 256  # of a shift that is looked for over one turn
-STAGES = (0.1, 0.15, 0.22, 0.33, 0.5, 0.7)  # of records, where contact starts with a touch
+STAGES = (0.1, 0.15, 0.22, 0.33, 0.5, 0.7)  # of records whose first parts lead to all of them
 ROUNDS = 3  # of weights from residuals, where several records have unknown errors
 SHIFT, OFFSET, GAIN = NUISANCES = ("shift", "offset", "gain")
 
@@ -138,7 +138,8 @@ class Problem(Varying):
         self._last: tuple[np.ndarray, list] | None = None
         self.evaluations, self.reason = 0, ""
         self.touching = any(j.impacts for j in scene.joints)
-        self.rtol = RTOL_APART if self.touching else RTOL
+        self.rtol, self.density = RTOL_APART if self.touching else RTOL, 1
+        self.places = (-1, 1)  # between which slopes are taken, in widths
         self.methods: dict[tuple, str] = {}  # of groups that have runs with steps of another
         self._check()
 
@@ -206,7 +207,7 @@ class Problem(Varying):
             places = curve.measured.x / (1.0 if curve.measured.along == "angle" else unit)
             room = 1.0 if scene.turn else ROOM * places[-1]
             lengths.append(places[-1] + room * (SHIFT in curve.nuisances))
-            target = 1.0 / SAMPLES if scene.turn else places[-1] / LENGTH
+            target = (1.0 / SAMPLES if scene.turn else places[-1] / LENGTH) / self.density
             spacing = float(np.median(np.diff(places)))
             spacings.append(spacing / math.ceil(spacing / target - ROUNDING))
         samples = math.ceil((self.settle + max(lengths)) / min(spacings) - ROUNDING)
@@ -225,11 +226,24 @@ class Problem(Varying):
             return _Apart(Beside(self, x, group.changes), run)
         return Steps(Beside(self, x, group.changes), run, self.rtol, run.method.text, first=run)
 
-    def loose(self) -> "Problem":
-        """The same with coarser runs, for starts; as it is where contact starts with a touch."""
+    def with_runs(self, rtol: float, density: int = 1) -> "Problem":
+        """The same with runs to another tolerance, and samples so many times as dense."""
         problem = copy(self)
-        problem._last, problem.rtol = None, self.rtol if self.touching else LEADING_RTOL
+        problem._last, problem.rtol, problem.density = None, rtol, self.density * density
         return problem
+
+    def one_sided(self, rtol: float) -> "Problem":
+        """The same for a search, with slopes from the run and one beside it."""
+        problem = self.with_runs(rtol)
+        problem.places = (0, 1)
+        return problem
+
+    def loose(self) -> "Problem":
+        """The same with coarser runs and slopes on one side, for starts.
+
+        It is as it is where contact starts with a touch.
+        """
+        return self if self.touching else self.one_sided(LEADING_RTOL)
 
     # --- residuals
     def _at(self, x: np.ndarray) -> list[Steps]:
@@ -282,6 +296,11 @@ class Problem(Varying):
         """Number of residuals."""
         return sum(len(c.measured.values) for c in self.curves)
 
+    @property
+    def freedom(self) -> int:
+        """Number of residuals that coordinates leave free."""
+        return max(self.size - len(self.middle), 1)
+
     @cached_property
     def rows(self) -> list[slice]:
         """Rows of the curves among the residuals."""
@@ -295,7 +314,7 @@ class Problem(Varying):
         """
         if not self.touching:
             return
-        narrow, wide = self.jacobian(x), self.jacobian(x, 2)
+        narrow, wide = self.jacobian(x), self.jacobian(x, (-2, 2))
         p = len(self.free)
         sizes = np.linalg.norm(narrow[:, :p], axis=0)
         for curve, rows in zip(self.curves, self.rows, strict=True):
@@ -311,17 +330,20 @@ class Problem(Varying):
                     f"compare statistics of many turns with a sweep"
                 )
 
-    def jacobian(self, x: np.ndarray, widths: int = 1) -> np.ndarray:
-        """Slopes of the residuals (m, p). Raises Impossible where a run beside fails."""
+    def jacobian(self, x: np.ndarray, places: tuple[int, int] | None = None) -> np.ndarray:
+        """Slopes of the residuals (m, p) between places, in widths; the run itself stands at 0.
+
+        Raises Impossible where a run beside fails.
+        """
+        places = places or self.places
         slopes = np.zeros((self.size, len(x)))
+        wide = (places[1] - places[0]) * self.width
         for group, steps in zip(self.groups, self._at(x), strict=True):
             for k in range(len(self.free)):
-                ends = steps.around(self.free[k], (-widths, widths))
+                ends = {0: steps.record} | steps.around(self.free[k], [n for n in places if n])
                 for i in group.curves:
-                    high, low = (self.modelled(ends[n], i, x) for n in (widths, -widths))
-                    slopes[self.rows[i], k] = (high - low) / (
-                        2.0 * widths * self.width * self.sigma[i]
-                    )
+                    low, high = (self.modelled(ends[n], i, x) for n in places)
+                    slopes[self.rows[i], k] = (high - low) / (wide * self.sigma[i])
             for column, (i, name) in enumerate(self.nuisances, len(self.free)):
                 if i in group.curves:
                     slope = self._by_nuisance(steps.record, i, name, x)
@@ -341,13 +363,17 @@ class Problem(Varying):
 
     # --- solutions
     def shifted(self, x: np.ndarray) -> np.ndarray:
-        """The point with the shifts of least cost, looked for over one turn."""
+        """The point with the shifts of least cost, looked for over one turn; over all of their
+        bounds, where nothing turns.
+        """
         x, steps = x.copy(), self._at(x)
         for group, made in zip(self.groups, steps, strict=True):
-            for i in (i for i in group.curves if (i, SHIFT) in self.nuisances and self.turn):
+            for i in (i for i in group.curves if (i, SHIFT) in self.nuisances):
                 at = len(self.free) + self.nuisances.index((i, SHIFT))
-                turn = made.record.turn
-                places = (np.arange(PLACES) / PLACES - min(self.settle, 0.5)) * turn
+                low, high = (float(end[at]) for end in self.bounds)
+                if turn := made.record.turn:
+                    low, high = -min(self.settle, 0.5) * turn, (1.0 - min(self.settle, 0.5)) * turn
+                places = np.linspace(low, high, PLACES, endpoint=False)
                 values = self.curves[i].measured.values
                 values = values - values.mean()
                 costs = []
@@ -362,8 +388,9 @@ class Problem(Varying):
         x: np.ndarray,
         held: Mapping[int, float] | None = None,
         finish: float = FINISH,
+        most: int = MOST,
     ) -> "Solved":
-        """The least cost from a start; held: coordinates that stay at values."""
+        """The least cost from a start; held: coordinates that stay at values; most: evaluations."""
         held = dict(held or {})
         moving = np.array([k for k in range(len(x)) if k not in held], int)
         begin = x.copy()
@@ -381,8 +408,7 @@ class Problem(Varying):
         if not np.isfinite(self.residuals(complete(inside))).all():
             return Solved(complete(inside), math.inf, self.evaluations - before, False)
         if not moving.size:
-            cost = 0.5 * float(np.sum(self.residuals(begin) ** 2))
-            return Solved(begin, cost, self.evaluations - before, True)
+            return self.priced(begin)
         try:
             solution = least_squares(
                 lambda y: self.residuals(complete(y)),
@@ -393,13 +419,20 @@ class Problem(Varying):
                 ftol=finish,
                 xtol=finish,
                 gtol=finish,
-                max_nfev=MOST,
+                max_nfev=most,
             )
         except Impossible as reason:
             self.reason = str(reason)
             return Solved(complete(inside), math.inf, self.evaluations - before, False)
         count = self.evaluations - before
         return Solved(complete(solution.x), float(solution.cost), count, solution.status > 0)
+
+    def priced(self, x: np.ndarray) -> "Solved":
+        """A point with its cost, as an end."""
+        before, errors = self.evaluations, self.residuals(x)
+        cost = 0.5 * float(errors @ errors)
+        count = self.evaluations - before
+        return Solved(x, cost if math.isfinite(cost) else math.inf, count, math.isfinite(cost))
 
     def weighed(self, x: np.ndarray) -> bool:
         """Take unknown errors of curves from their residuals; True where they changed much."""
@@ -435,16 +468,16 @@ class Problem(Varying):
     def followed(self, x: np.ndarray) -> "Solved":
         """The least cost from a start, whose shifts are looked for first.
 
-        Where contact starts with a touch, the first parts of the records lead to all of them: later
-        parts have many minima.
+        Where contact starts with a touch, or nothing turns evenly, the first parts of the records
+        lead to all of them: later parts have many minima.
         """
         try:
             x = self.shifted(x)
         except (Impossible, ValueError, ArithmeticError) as reason:
             self.reason = str(reason)
             return Solved(x, math.inf, 1, False)
-        for share in STAGES if self.touching else ():
-            before = self.first(share).solved(x, finish=LEADING)
+        for share in () if self.turn and not self.touching else STAGES:
+            before = self.first(share).solved(x, finish=LEADING, most=MOST_LEADING)
             x = before.x if math.isfinite(before.cost) else x
         return self.solved(x, finish=FINISH if self.touching else STARTING)
 
@@ -483,8 +516,9 @@ class Problem(Varying):
                 curve.measured, x=curve.measured.x[:cut], values=curve.measured.values[:cut]
             )
             curves.append(replace(curve, measured=record))
-        part = Problem(self.scene, self.free, curves, self.settle)
-        part.sigma = list(self.sigma)
+        part = copy(self)
+        part.curves, part._last = curves, None
+        part.__dict__.pop("rows", None)
         return part
 
 

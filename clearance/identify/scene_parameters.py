@@ -14,15 +14,8 @@ from clearance.files.locks import locked
 from clearance.files.texts import listed
 from clearance.identify.free import Bounds, add_to_journal, bounded, journaled, saved
 from clearance.identify.measured import Measured, read
-from clearance.identify.scene_fit import (
-    LAST,
-    NUISANCES,
-    ROUNDS,
-    SHIFT,
-    Curve,
-    Problem,
-    Solved,
-)
+from clearance.identify.run_errors import refined, weighted
+from clearance.identify.scene_fit import NUISANCES, REFUSED, SHIFT, Curve, Problem, Solved
 from clearance.identify.verdict import Interval, Verdict, verdict
 from clearance.metrics.sensor import deviation
 from clearance.results.result import Result
@@ -213,14 +206,16 @@ def fitted(
     if not math.isfinite(best.cost):
         raise ValueError(f"fit: no start has a run and its neighbours: {loose.reason}")
     problem.check_horizon(best.x)
-    rounds = 0
-    while problem.weighed(best.x) and rounds < ROUNDS:
-        best, rounds = problem.solved(best.x, finish=LAST), rounds + 1
-    errors = problem.residuals(best.x)
-    scale = float(errors @ errors) / max(2.0 * best.cost, 1e-300)
-    best = Solved(best.x, 0.5 * float(errors @ errors), best.evaluations, best.converged)
-    ends = [Solved(e.x, e.cost * scale, e.evaluations, e.converged) for e in ends]
-    return SceneFit(problem, best, tuple(ends), verdict(problem, best, ends))
+    before, first = problem, best
+    problem, best, error = refined(problem, weighted(problem, best))
+    moved = {id(first): best}
+    for end in ends:
+        if id(end) not in moved:
+            rival = problem is not before and end.cost <= REFUSED * first.cost
+            again = problem.solved if rival else problem.priced
+            moved[id(end)] = again(end.x)
+    ends = [moved[id(end)] for end in ends]
+    return SceneFit(problem, best, tuple(ends), verdict(problem, best, ends, error))
 
 
 def _key(problem: Problem, seed: int) -> str:

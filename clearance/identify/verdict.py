@@ -24,7 +24,8 @@ from scipy.special import chdtrc, fdtrc, ndtr
 from clearance.identify.doubts import WINDOW, correlation
 from clearance.identify.estimation import spread
 from clearance.identify.free import Free
-from clearance.identify.scene_fit import Problem, Solved
+from clearance.identify.run_errors import SHARE, RunError
+from clearance.identify.scene_fit import MOST_LEADING, Problem, Solved
 from clearance.metrics.statistics import student
 
 WIDE = 0.5  # half of an interval over its value, from which the profile is taken
@@ -34,7 +35,9 @@ WHOLE = 0.01  # of an exponent: it counts as an integer
 CLOSE = 0.02  # of t, to which the end of a profile is looked for
 TRIES = 8  # points of one side of a profile, at most
 APART, SIGNIFICANT = 3.0, 4.0  # minima: deviations between them; growth of 2 cost over s^2
+LARGE = 100.0  # logarithm of a factor beyond which nothing is stated
 DOUBTFUL = 0.01  # probability of a test from which on it is stated
+EXACT = RunError()  # of runs without one
 
 
 class Interval(NamedTuple):
@@ -73,30 +76,30 @@ class Verdict:
     doubts: list[str]
 
 
-def verdict(problem: Problem, best: Solved, ends: Sequence[Solved]) -> Verdict:
-    """The verdict on a least cost; ends: of all starts."""
+def verdict(
+    problem: Problem, best: Solved, ends: Sequence[Solved], error: RunError = EXACT
+) -> Verdict:
+    """The verdict on a least cost; ends: of all starts; error: of the runs."""
     residuals, slopes = problem.residuals(best.x), problem.jacobian(best.x)
     low, high = problem.bounds
     width = np.where(np.isfinite(high - low), high - low, 1.0)
-    edge = np.minimum(best.x - low, high - best.x) < EDGE * width
-    moving = np.flatnonzero(~edge)
-    samples, p = residuals.size, len(best.x)
+    edge = np.sign((high - best.x < EDGE * width) * 1.0 - (best.x - low < EDGE * width))
+    samples = residuals.size
     stated = all(c.sigma is not None for c in problem.curves)
-    freedom = max(samples - moving.size, 1)
-    cost = 0.5 * freedom if stated else best.cost
-    inner, _, noise = spread(slopes[:, moving], cost, samples)
     tau = dependence([residuals[rows] for rows in problem.rows])
-    covariance = np.zeros((p, p))
-    covariance[np.ix_(moving, moving)] = inner * tau
+    fits = stated and chi_square(problem, best, tau) > DOUBTFUL
+    cost = 0.5 * problem.freedom
+    covariance, _, noise = spread(slopes, cost if fits else max(best.cost, cost * stated), samples)
+    more = tau * (1.0 + error.shift**2)
+    covariance *= more
     sd = np.sqrt(np.diag(covariance))
-    scale = np.where(sd > 0.0, sd, 1.0)
-    correlated = covariance / np.outer(scale, scale)
-    judge = _Judge(problem, best, covariance, correlated, noise**2 * tau, freedom)
+    correlated = covariance / np.outer(sd, sd)
+    judge = _Judge(problem, best, covariance, correlated, noise**2 * more, problem.freedom)
     products, hidden = judge.products(slopes)
-    intervals = [judge.interval(k, k in hidden, bool(edge[k])) for k in range(len(problem.free))]
-    tests = dict(_tests(problem, best, residuals, freedom, tau, stated))
-    minima = list(_minima(problem, best, ends, sd, noise**2 * tau))
-    doubts = [*_doubts(intervals, ends, best, tau, samples, tests, minima)]
+    intervals = [judge.interval(k, k in hidden, edge[k]) for k in range(len(problem.free))]
+    tests = {} if error.covers else dict(_tests(problem, best, residuals, slopes, tau, stated))
+    minima = list(_minima(problem, best, ends, sd, noise**2 * more))
+    doubts = [*_doubts(intervals, ends, best, tau, samples, tests, minima, error)]
     return Verdict(
         problem.names,
         intervals,
@@ -161,25 +164,27 @@ class _Judge:
             value = first.value(self.best.x[i]) * second.value(self.best.x[j]) ** ratio
             power = f"^{ratio:.4g}" if ratio != 1.0 else ""
             enter = f"{first.name} * {second.name}{power}"
-            size = f"{value:.4g} within a factor of {math.exp(self.quantile * sd):.4g}"
+            size = f"{value:.4g} within a factor of {math.exp(min(self.quantile * sd, LARGE)):.4g}"
         else:
             enter = f"{first.name} {ratio:+.4g} {second.name}"
             value = self.best.x[i] + ratio * self.best.x[j]
             size = f"{value:.4g} +- {self.quantile * sd:.2g} of their coordinates"
         return f"{first.name} and {second.name} cannot be told apart: they enter as {enter}, {size}"
 
-    def interval(self, k: int, hidden: bool, at_bound: bool) -> Interval:
-        """The interval of a parameter."""
+    def interval(self, k: int, hidden: bool, edge: float) -> Interval:
+        """The interval of a parameter; edge: -1 at its lower bound, 1 at its upper one, else 0."""
         free, x = self.problem.free[k], float(self.best.x[k])
         value, sd = free.value(x), math.sqrt(self.covariance[k, k])
         deviation = value * sd if free.positive else free.size * sd
         about = free.name, value
-        if hidden or at_bound:
-            kind = "inseparable" if hidden else "at its bound"
-            return Interval(*about, math.nan, math.nan, math.nan, free.units, kind)
+        if hidden:
+            return Interval(*about, math.nan, math.nan, math.nan, free.units, "inseparable")
         ends, kind = (x - self.quantile * sd, x + self.quantile * sd), "linear"
         others = np.delete(np.abs(self.correlated[k, : len(self.problem.free)]), k)
-        if _half(free, x, self.quantile * sd) > WIDE or (others > CORRELATED).any():
+        if edge:
+            inner = self.end(k, -int(edge), sd)
+            ends, kind = (x, inner) if edge < 0 else (inner, x), "at its bound"
+        elif _half(free, x, self.quantile * sd) > WIDE or (others > CORRELATED).any():
             ends, kind = (self.end(k, -1, sd), self.end(k, 1, sd)), "profile"
         return Interval(*about, *map(free.value, ends), deviation, free.units, kind)
 
@@ -188,10 +193,11 @@ class _Judge:
         limit = float(self.problem.bounds[way > 0][k])
         x, begin = float(self.best.x[k]), self.best.x
         inside, beyond, at = 0.0, math.inf, self.quantile * sd
+        search = self.problem.one_sided(self.problem.rtol)
         reached = 0.0
         for _ in range(TRIES):
             at = min(at, abs(limit - x))
-            solved = self.problem.solved(begin, {k: x + way * at})
+            solved = search.solved(begin, {k: x + way * at}, most=MOST_LEADING)
             reached = math.sqrt(max(2.0 * (solved.cost - self.best.cost) / self.variance, 0.0))
             if abs(reached - self.quantile) < CLOSE * self.quantile:
                 break
@@ -211,7 +217,7 @@ class _Judge:
 def _half(free: Free, x: float, wide: float) -> float:
     """Half of an interval over its value."""
     if free.positive:
-        return math.expm1(min(wide, 100.0))
+        return math.expm1(min(wide, LARGE))
     return free.size * wide / max(abs(free.value(x)), 1e-300)
 
 
@@ -223,32 +229,49 @@ def _without(columns: np.ndarray, pair: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _tests(
-    problem: Problem, best: Solved, residuals: np.ndarray, freedom: int, tau: float, stated: bool
+    problem: Problem,
+    best: Solved,
+    residuals: np.ndarray,
+    slopes: np.ndarray,
+    tau: float,
+    stated: bool,
 ) -> Iterator[tuple[str, float]]:
     """Probabilities of residuals as these, where the model is right."""
     if stated:
-        yield "chi-square", float(chdtrc(freedom / tau, 2.0 * best.cost / tau))
+        yield "chi-square", chi_square(problem, best, tau)
     yield "runs of residuals", min(runs_test(residuals[rows]) for rows in problem.rows)
-    part = problem.first(2.0 / 3.0)
-    if part.size > 2 * len(best.x):
-        yield "held-out third", held_out(problem, part.solved(best.x), part.size, tau)
+    if residuals.size > 3 * len(best.x):
+        yield "held-out third", held_out(residuals, slopes, problem.rows, tau)
 
 
-def held_out(problem: Problem, solved: Solved, inside: int, tau: float) -> float:
+def chi_square(problem: Problem, best: Solved, tau: float) -> float:
+    """Probability of residuals as large, where their deviations are those that were stated."""
+    return float(chdtrc(problem.freedom / tau, 2.0 * best.cost / tau))
+
+
+def held_out(
+    residuals: np.ndarray, slopes: np.ndarray, records: Sequence[slice], tau: float
+) -> float:
     """Probability of errors as large in the last third of each record, from a fit to the rest.
 
-    e^T (1 + J C J^T)^-1 e over the variance of the rest is of Fisher's distribution: C is
-    the covariance of the parameters by the rest. inside: number of values of the rest.
+    F = (R - R1) / n2 / (R1 / (n1 - p))        R, R1: sums of squares after fits to all, to the rest
+
+    The fits are linear in the parameters, about the least cost; n1, n2: values of rest and third.
+    F is of Fisher's distribution (Chow, Econometrica 28 (1960) 591).
     """
-    errors, slopes = problem.residuals(solved.x), problem.jacobian(solved.x)
-    outside = np.zeros(errors.size, bool)
-    for rows in problem.rows:
-        outside[rows.start + 2 * (rows.stop - rows.start) // 3 : rows.stop] = True
-    e, j = errors[outside], slopes[outside]
-    excused = (j.T @ e) @ np.linalg.lstsq(slopes.T @ slopes, j.T @ e, rcond=None)[0]
-    freedom = max(inside - len(solved.x), 1)
-    ratio = float(e @ e - excused) / e.size / max(2.0 * solved.cost / freedom, 1e-300)
-    return float(fdtrc(e.size / tau, max(freedom / tau, 1.0), ratio))
+    rest = np.ones(residuals.size, bool)
+    for rows in records:
+        rest[rows.start + 2 * (rows.stop - rows.start) // 3 : rows.stop] = False
+    sums = [_unfitted(residuals[part], slopes[part]) for part in (slice(None), rest)]
+    thirds, freedom = np.count_nonzero(~rest), max(np.count_nonzero(rest) - slopes.shape[1], 1)
+    ratio = (sums[0] - sums[1]) / thirds / max(sums[1] / freedom, 1e-300)
+    return float(fdtrc(thirds / tau, max(freedom / tau, 1.0), max(ratio, 0.0)))
+
+
+def _unfitted(residuals: np.ndarray, slopes: np.ndarray) -> float:
+    """Sum of squares that parameters leave of residuals, where these are linear in them."""
+    change, *_ = np.linalg.lstsq(slopes, residuals, rcond=None)
+    return float(np.sum((residuals - slopes @ change) ** 2))
 
 
 def runs_test(residuals: np.ndarray) -> float:
@@ -287,11 +310,17 @@ def _doubts(
     samples: int,
     tests: Mapping[str, float],
     minima: Sequence,
+    error: RunError,
 ) -> Iterator[str]:
     """Sentences that a reader must see."""
     for i in intervals:
         if i.kind == "at its bound":
-            yield f"{i.name} ends at a bound: it has no interval; give wider bounds"
+            yield f"{i.name} ends at a bound: its interval is that inside of the bounds"
+    if error.shift > SHARE:
+        wider = math.hypot(1.0, error.shift)
+        yield f"the error of the runs makes all intervals wider, by a factor of {wider:.2g}"
+    if error.covers:
+        yield "the residuals are no larger than the error of the runs: nothing tests the model"
     if not best.converged:
         yield "the fit was still improving when it was ended"
     if tau > 1.0:
@@ -299,9 +328,14 @@ def _doubts(
             f"the residuals are autocorrelated: {samples} values are worth "
             f"{samples / tau:.0f} independent ones, and the intervals are for these"
         )
-    for name, probability in tests.items():
-        if probability < DOUBTFUL:
-            yield f"the model does not fit: {name} has a probability of {probability:.2g}"
+    doubtful = {name: p for name, p in tests.items() if p < DOUBTFUL}
+    for name, probability in doubtful.items():
+        yield f"the model does not fit: {name} has a probability of {probability:.2g}"
+    if "chi-square" in doubtful:
+        yield (
+            "the intervals are for residuals as large as these; more starts may lead to a better "
+            "minimum"
+        )
     for values, growth in minima:
         text = ", ".join(f"{n} = {v:.4g}" for n, v in values.items())
         yield f"another minimum is as likely within 2 deviations ({growth:.2g}): {text}"
