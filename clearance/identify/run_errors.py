@@ -3,8 +3,8 @@
     q = 2 |U^T (r' - r)| / s        r, r': residuals of the runs and of finer ones; s: of the noise
 
 U has orthonormal columns that span the slopes of the residuals. The error of the runs moves no
-parameter by more than q of its standard deviations (Cauchy and Schwarz), so that its variance with
-this error is 1 + q^2 times that of the noise. Where q is above SHARE the runs follow: to a smaller
+parameter by more than q of its standard deviations (Cauchy and Schwarz). Its variance with this
+error is at most 1 + q^2 times that of the noise. Where q is above SHARE the runs follow: to a smaller
 tolerance, and to denser samples, between which a shifted record takes cubics.
 """
 
