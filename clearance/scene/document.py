@@ -275,7 +275,7 @@ class Parts:
                 self._elements[key] = self._made(KINDS[kind], {"name": name, **table})
         return self._elements[key]
 
-    def _reference(self, value: object, kinds: tuple) -> object:
+    def reference(self, value: object, kinds: tuple) -> object:
         """A body, else an element, by its name ("crank", "joint.A") or by the table of an
         element.
         """
@@ -299,33 +299,54 @@ class Parts:
         fields_of = {f.name: f for f in fields(kind)}
         needed = [n for n, f in fields_of.items() if is_needed(f)]
         _check_names(kind.__name__, table, fields_of, needed)
-        hints = typing.get_type_hints(kind)
+        return kind(**self.values(kind, table))
+
+    def values(self, kind: type, table: Mapping) -> dict[str, object]:
+        """Values of the fields of a kind that a table has."""
+        by_name, hints = {f.name: f for f in fields(kind)}, typing.get_type_hints(kind)
         values = {}
         for name, value in table.items():
             with at(name):
-                values[name] = self._value(fields_of[name], hints[name], value)
-        return kind(**values)
+                values[name] = self._value(by_name[name], hints[name], value)
+        return values
 
     def _value(self, field: Field, hint: object, value: object) -> object:
         number, kinds = field.metadata.get("number"), typing.get_args(hint) or (hint,)
         if value is None or isinstance(value, bool):
-            return value
+            return self.constant(value)
         if "law" in field.metadata or number and number.families and isinstance(value, Mapping):
             return self.law(value, field)
         if number:
-            return amount(value, number.units)
+            return self.number(value, number.units)
         if Point in kinds:
             return self.point(value)
         if typing.get_origin(hint) is Mapping:
-            return _points(value)
+            return self.points(value)
         if object in kinds or any(issubclass(k, Described) for k in kinds if isinstance(k, type)):
             named = tuple(k for k in kinds if k is not type(None))
-            return self._reference(value, named)
+            return self.reference(value, named)
         if records := [k for k in kinds if is_dataclass(k) and k is not BoundLaw]:
             return self.record(records[0], value)
         if unit := field.metadata.get("unit"):
-            return amount(value, (unit,))
+            return self.number(value, (unit,))
+        return self.constant(value)
+
+    @staticmethod
+    def constant(value: object) -> object:
+        """A value that stays as it is."""
         return value
+
+    @staticmethod
+    def number(value: object, units: tuple[str, ...]) -> object:
+        """A number or a tuple of such, in SI."""
+        return amount(value, units)
+
+    @staticmethod
+    def points(value: object) -> object:
+        """Points of a body, by name."""
+        if not isinstance(value, Mapping):
+            return value
+        return {name: amount(coordinates, ("m",)) for name, coordinates in value.items()}
 
     def record(self, kind: type, value: object) -> object:
         """A material, a lubricant or a balance of heat: its table, or the name of one."""
@@ -375,13 +396,6 @@ def _parameter(value: object, unit: str | None = None) -> object:
         return {name: _parameter(v) for name, v in value.items()}
     measured = isinstance(value, str) and value[:1] in "+-.0123456789"
     return quantity(value, unit) if measured else value
-
-
-def _points(value: object) -> object:
-    """Points of a body, by name."""
-    if not isinstance(value, Mapping):
-        return value
-    return {name: amount(coordinates, ("m",)) for name, coordinates in value.items()}
 
 
 def is_needed(field: Field) -> bool:

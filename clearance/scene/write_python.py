@@ -4,19 +4,16 @@ on.
 
 import re
 import tomllib
-import typing
 from collections.abc import Mapping
-from dataclasses import Field, fields, is_dataclass
+from dataclasses import Field, fields
 from pathlib import Path
 
-from clearance.elements.body import Body, Point
-from clearance.elements.quantities import Described
+from clearance.elements.body import Body
 from clearance.files.texts import text_of
 from clearance.film import names
-from clearance.laws.law import BoundLaw
 from clearance.laws.materials import Lubricant, Material, steel
 from clearance.scene.case import Parameter
-from clearance.scene.document import KINDS, NONE, at
+from clearance.scene.document import KINDS, NONE, Parts, at
 from clearance.scene.toml_scene import FUNCTIONS, MEASURED, PARAMETER, SECTIONS, scene_file
 from clearance.values.units import quantity
 
@@ -40,8 +37,8 @@ def python_of(path: Path, folder: Path | None = None) -> str:
     return _Writer(tomllib.loads(text_of(path)), case, folder or path.parent).text()
 
 
-class _Writer:
-    """The text of a case, from the document of a scene file.
+class _Writer(Parts):
+    """The text of a case, from the document of a scene file: its parts are texts.
 
     names: (section, name) -> variable; rows: elements by section and name; named: lines of those
     that others name; imports: lines of laws from files.
@@ -83,7 +80,7 @@ class _Writer:
     def _parameter(self, p: Parameter) -> str:
         entry = self.document["parameters"][p.name]
         value = entry["value"] if isinstance(entry, Mapping) else entry
-        text = self._number(value) if p.kind is float else repr(value)
+        text = self.number(value) if p.kind is float else repr(value)
         return f"{p.name}: {p.kind.__name__} = {text}"
 
     # --- lines
@@ -115,7 +112,7 @@ class _Writer:
         texts = {key: self._element(key) for key in self.rows}
         parts = [self.names.get(key, text) for key, text in texts.items()]
         if "gravity" in self.document:
-            parts.append(f"gravity={self._number(self.document['gravity'])}")
+            parts.append(f"gravity={self.number(self.document['gravity'])}")
         parts.append(f'name="{self.document.get("name", self.case.name)}"')
         return [*self.named, _call("return cl.Scene", parts)]
 
@@ -130,40 +127,23 @@ class _Writer:
     # --- values
     def _fields(self, kind: type, table: Mapping) -> list[str]:
         """Arguments of a constructor."""
-        by_name, hints = {f.name: f for f in fields(kind)}, typing.get_type_hints(kind)
+        order = [*(f.name for f in fields(kind)), *table]
         texts = []
-        for positional, (name, value) in zip([*by_name, *table], table.items(), strict=False):
-            with at(name):
-                text = self._value(by_name[name], hints[name], value)
+        for positional, (name, text) in zip(order, self.values(kind, table).items(), strict=False):
             texts.append(text if name == positional and name in FIRST else f"{name}={text}")
         return texts
 
-    def _value(self, field: Field, hint: object, value: object) -> str:
-        number, kinds = field.metadata.get("number"), typing.get_args(hint) or (hint,)
-        if value is None or isinstance(value, bool):
-            return repr(value)
-        if "law" in field.metadata or number and number.families and isinstance(value, Mapping):
-            return self._law(value)
-        if number or "unit" in field.metadata:
-            return self._number(value)
-        if Point in kinds:
-            return self._point(value)
-        if typing.get_origin(hint) is Mapping:
-            return (
-                f"{{{', '.join(f'{n!r}: {self._number(v)}' for n, v in value.items())}}}".replace(
-                    "'", '"'
-                )
-            )
-        if object in kinds or any(issubclass(k, Described) for k in kinds if isinstance(k, type)):
-            return self._reference(value, kinds)
-        if records := [k for k in kinds if is_dataclass(k) and k is not BoundLaw]:
-            return self._record(records[0], value)
-        return repr(value)
+    constant = staticmethod(repr)
 
-    def _number(self, value: object) -> str:
+    def points(self, value: Mapping) -> str:
+        """Points of a body, by name."""
+        texts = ", ".join(f"{n!r}: {self.number(v)}" for n, v in value.items())
+        return f"{{{texts}}}".replace("'", '"')
+
+    def number(self, value: object, units: tuple[str, ...] = ()) -> str:
         """A number, a formula or a tuple of such."""
         if isinstance(value, list):
-            return f"({', '.join(map(self._number, value))})"
+            return f"({', '.join(map(self.number, value))})"
         if not isinstance(value, str):
             return repr(value)
         if "$" in value:
@@ -174,19 +154,21 @@ class _Writer:
             return f"{SPELLED[match[2]]}({match[1]})"
         return f"{quantity(value)!r}"
 
-    def _point(self, value: object) -> str:
+    def point(self, value: object) -> str:
+        """A point of a body."""
         if isinstance(value, list):
-            return f"cl.ground.at{self._number(value)}"
+            return f"cl.ground.at{self.number(value)}"
         if isinstance(value, Mapping):
             coordinates = [value.get(axis, 0) for axis in "xyz" if axis in value or axis != "z"]
-            return f"{self._body(value['body'])}.at{self._number(coordinates)}"
+            return f"{self._body(value['body'])}.at{self.number(coordinates)}"
         name, _, point = value.partition(".")
         return f'{self._body(name)}["{point}"]' if point else self._body(name)
 
     def _body(self, name: str) -> str:
         return "cl.ground" if name == "ground" else self.names["body", name]
 
-    def _reference(self, value: str, kinds: tuple) -> str:
+    def reference(self, value: str, kinds: tuple) -> str:
+        """A body or an element, by its variable."""
         section, _, name = value.rpartition(".")
         if section in ("", "body") and (name == "ground" or ("body", name) in self.names):
             return self._body(name)
@@ -203,13 +185,14 @@ class _Writer:
         kind = self.rows[key].get("kind", SECTIONS[key[0]][0])
         return issubclass(KINDS[kind], tuple(k for k in kinds if isinstance(k, type)))
 
-    def _record(self, kind: type, value: object) -> str:
+    def record(self, kind: type, value: object) -> str:
+        """A material, a lubricant or a balance of heat."""
         if isinstance(value, str):
             usual = "cl.steel" if value == steel.name else f'cl.Material.named("{value}")'
             return self.names.get((kind.__name__.lower(), value), usual)
         return _call(f"cl.{kind.__name__}", self._fields(kind, value))
 
-    def _law(self, value: str | Mapping) -> str:
+    def law(self, value: str | Mapping, field: Field | None = None) -> str:
         """A law by its public name."""
         table = {"law": value} if isinstance(value, str) else value
         name = table["law"]
@@ -217,7 +200,7 @@ class _Writer:
             raise ValueError(f"law {name!r} is no name; name one law, and convert again")
         if name == NONE:
             return "None"
-        arguments = [f"{n}={self._number(v)}" for n, v in table.items() if n != "law"]
+        arguments = [f"{n}={self.number(v)}" for n, v in table.items() if n != "law"]
         if ":" in name:
             return _call(self._imported(*name.rsplit(":", 1)), arguments)
         return _call(f"cl.films.{name}" if name in names.__all__ else f"cl.{name}", arguments)
