@@ -218,9 +218,6 @@ class Model:
         if self.symbols[name] in self.read:
             return False
         value, held = self._value(name), False
-        is_input = any(
-            name == f"{e.key}/{f}" for e in self.scene.loads for f in INPUTS.get(type(e), ())
-        )
         for trial in (value * t if value else SMALL * (t - 1.0) for t in TRIALS):
             try:
                 other = self.with_numbers({name: trial})
@@ -237,7 +234,7 @@ class Model:
             changed = self.values.copy()
             changed[list(self.symbols).index(name)] = trial
             formed, wanted = self._evaluate(changed), np.concatenate(numbers)
-            count = len(self.par) if is_input else len(wanted)
+            count = len(self.par) if name in self.changing else len(wanted)
             if not np.allclose(formed[:count], wanted[:count], rtol=ROUNDING, atol=0.0):
                 return False
             free = [i for i in range(len(there.work0)) if i not in self.blended]
