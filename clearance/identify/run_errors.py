@@ -4,8 +4,8 @@
 
 U has orthonormal columns that span the slopes of the residuals. The error of the runs moves no
 parameter by more than q of its standard deviations (Cauchy and Schwarz). Its variance with this
-error is at most 1 + q^2 times that of the noise. Where q is above SHARE the runs follow: to a smaller
-tolerance, and to denser samples, between which a shifted record takes cubics.
+error is at most 1 + q^2 times that of the noise. Where q is above SHARE the runs follow: to a
+smaller tolerance, and to denser samples, between which a shifted record takes cubics.
 """
 
 import math

@@ -10,7 +10,8 @@ is that of the residuals. Several starts: Sobol' points between the bounds; the 
 followed to the end.
 
 Validity: trajectories that go on with their parameters. Where contact starts with a touch they part
-after a few impacts: a record that goes on after that is refused, with the place.
+after a few impacts: a record that goes on after that is fitted up to the place, and refused where
+that is at its start.
 
 Source: Nocedal and Wright, Numerical Optimization (2006), chapter 10; Seber and Wild, Nonlinear
 Regression (2003), chapters 2 and 5.
@@ -38,6 +39,7 @@ from clearance.values import checks
 RTOL, LEADING_RTOL = 1e-7, 1e-5  # of the runs, and of those of starts
 RTOL_APART = 1e-12  # of runs that make steps of their own
 APART = 1e-7  # of their differences, over the size of the parameter
+FEWEST = 5  # values of a record before its horizon, over the number of coordinates
 PARTED = 0.05  # change of slopes with the width of their differences, from which runs have parted
 # relative changes of the cost at which the first parts of records, a start, an end and the best end
 # are left
@@ -137,6 +139,7 @@ class Problem(Varying):
         self.nuisances = [(i, n) for i, c in enumerate(self.curves) for n in c.nuisances]
         self._last: tuple[np.ndarray, list] | None = None
         self.evaluations, self.reason = 0, ""
+        self.remarks: list[str] = []  # about the stretch that is fitted
         self.touching = any(j.impacts for j in scene.joints)
         self.rtol, self.density = RTOL_APART if self.touching else RTOL, 1
         self.places = (-1, 1)  # between which slopes are taken, in widths
@@ -307,28 +310,40 @@ class Problem(Varying):
         ends = np.cumsum([0, *(len(c.measured.values) for c in self.curves)])
         return [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
 
-    def check_horizon(self, x: np.ndarray) -> None:
-        """Raise ValueError where runs beside a point part before a record ends.
+    def before_horizon(self, x: np.ndarray) -> "Problem":
+        """The same up to where runs beside a point part, which its `remarks` name; itself where
+        they do not.
 
-        Slopes from differences of twice the width are others there.
+        Slopes from differences of twice the width are others there. Raises ValueError where a
+        record has hardly a value before.
         """
         if not self.touching:
-            return
+            return self
         narrow, wide = self.jacobian(x), self.jacobian(x, (-2, 2))
         p = len(self.free)
         sizes = np.linalg.norm(narrow[:, :p], axis=0)
+        counts, remarks = [], []
         for curve, rows in zip(self.curves, self.rows, strict=True):
             change = np.cumsum((wide - narrow)[rows, :p] ** 2, axis=0)
             late = np.flatnonzero((change > (PARTED * sizes) ** 2).any(axis=1))
-            if late.size:
-                unit = "turns" if curve.measured.along == "angle" else "s"
-                end = f"{curve.measured.x[late[0]]:.4g} {unit}"
+            counts.append(int(late[0]) if late.size else rows.stop - rows.start)
+            if not late.size:
+                continue
+            unit = "turns" if curve.measured.along == "angle" else "s"
+            end = f"{curve.measured.x[late[0]]:.4g} {unit}"
+            reason = f"{curve.label}: contacts start with a touch, and neighbouring trajectories"
+            if counts[-1] < FEWEST * len(x):
                 raise ValueError(
-                    f"fit: {curve.label}: contacts start with a touch, and neighbouring "
-                    f"trajectories part at {end} of the record: what follows says nothing about a "
-                    f"parameter; cut the record there, let it begin with the motion (settle=0), or "
-                    f"compare statistics of many turns with a sweep"
+                    f"fit: {reason} part at {end} of the record: what follows says nothing about a "
+                    f"parameter; let the record begin with the motion (settle=0), or compare "
+                    f"statistics of many turns with a sweep"
                 )
+            remarks.append(f"{reason} part: it is fitted up to {end}")
+        if not remarks:
+            return self
+        part = self.cut(counts)
+        part.remarks = remarks
+        return part
 
     def jacobian(self, x: np.ndarray, places: tuple[int, int] | None = None) -> np.ndarray:
         """Slopes of the residuals (m, p) between places, in widths; the run itself stands at 0.
@@ -509,16 +524,18 @@ class Problem(Varying):
 
     def first(self, share: float) -> "Problem":
         """The same with the first share of each record."""
-        curves = []
-        for curve in self.curves:
-            cut = max(math.floor(share * len(curve.measured.x) + ROUNDING), 2)
-            record = replace(
-                curve.measured, x=curve.measured.x[:cut], values=curve.measured.values[:cut]
-            )
-            curves.append(replace(curve, measured=record))
+        lengths = (len(c.measured.x) for c in self.curves)
+        return self.cut([max(math.floor(share * n + ROUNDING), 2) for n in lengths])
+
+    def cut(self, counts: Sequence[int]) -> "Problem":
+        """The same with so many values of each record."""
         part = copy(self)
-        part.curves, part._last = curves, None
+        part.curves, part._last = [], None
         part.__dict__.pop("rows", None)
+        for curve, n in zip(self.curves, counts, strict=True):
+            about = curve.measured
+            record = replace(about, x=about.x[:n], values=about.values[:n])
+            part.curves.append(replace(curve, measured=record))
         return part
 
 

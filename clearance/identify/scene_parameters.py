@@ -191,7 +191,7 @@ def fitted(
 ) -> SceneFit:
     """The fit; ends of starts stand in a journal and are taken from it."""
     key = _key(problem, seed)
-    problem.check_horizon(problem.middle)
+    problem = problem.before_horizon(problem.middle)
     ends = [Solved(np.array(x), *rest) for x, *rest in journaled(journal, key)[:starts]]
     loose = problem.loose()
     for i, x in enumerate(loose.starts(starts, seed)):
@@ -205,8 +205,9 @@ def fitted(
     best = min(ends, key=lambda e: e.cost)
     if not math.isfinite(best.cost):
         raise ValueError(f"fit: no start has a run and its neighbours: {loose.reason}")
-    problem.check_horizon(best.x)
     before, first = problem, best
+    while (shorter := problem.before_horizon(best.x)) is not problem:
+        problem, best = shorter, shorter.solved(best.x)
     problem, best, error = refined(problem, weighted(problem, best))
     moved = {id(first): best}
     for end in ends:

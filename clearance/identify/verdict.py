@@ -99,7 +99,8 @@ def verdict(
     intervals = [judge.interval(k, k in hidden, edge[k]) for k in range(len(problem.free))]
     tests = {} if error.covers else dict(_tests(problem, best, residuals, slopes, tau, stated))
     minima = list(_minima(problem, best, ends, sd, noise**2 * more))
-    doubts = [*_doubts(intervals, ends, best, tau, samples, tests, minima, error)]
+    doubts = [*problem.remarks]
+    doubts += _doubts(intervals, ends, best, tau, samples, tests, minima, error)
     return Verdict(
         problem.names,
         intervals,

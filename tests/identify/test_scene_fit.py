@@ -290,8 +290,9 @@ def test_a_filter_of_the_sensor():
 
 @pytest.mark.slow
 def test_dry_contact_before_the_horizon():
-    """Clearance and restitution from half a turn with impacts lie in their intervals; three turns
-    are refused with the place where trajectories part.
+    """Clearance and restitution from half a turn with impacts lie in their intervals. Of three
+    turns the stretch before trajectories part is fitted, which is stated. A record that begins
+    after two turns is refused with the reason.
     """
     truth = {"clearance": 3e-4, "restitution": 0.8}
     bounds = {"clearance": "0.1mm:1mm", "restitution": (0.5, 0.95)}
@@ -306,8 +307,13 @@ def test_dry_contact_before_the_horizon():
     for interval, value in zip(actual.verdict.intervals, truth.values(), strict=True):
         assert abs(interval.value - value) < 4.0 * interval.deviation
     data = record(turns, noisy_values, "angle", "m/s2")
+    longer = fit(scene, data, bounds, "bodies/slider/ax", noise=noise, settle=0.0, starts=1)
+    assert "trajectories part: it is fitted up to 1." in longer.verdict.doubts[0]
+    for interval, value in zip(longer.verdict.intervals, truth.values(), strict=True):
+        assert abs(interval.value - value) < 4.0 * interval.deviation
+    late = record(turns[1440:] - 2.0, noisy_values[1440:], "angle", "m/s2")
     with pytest.raises(ValueError, match=r"trajectories part at .* turns"):
-        fit(scene, data, bounds, "bodies/slider/ax", noise=noise, settle=0.0, starts=1)
+        fit(scene, late, bounds, "bodies/slider/ax", noise=noise, starts=1)
 
 
 def wiper(friction=0.15, stiffness=2.0):
