@@ -82,6 +82,10 @@ class Curve:
         return f"{self.measured.path.name}, {self.measured.column}"
 
 
+class BehindHorizon(ValueError):
+    """Neighbouring trajectories part before a record has values enough."""
+
+
 class _Apart:
     """Runs of a point and of those beside it that make steps of their own, as `Steps` gives them.
 
@@ -270,9 +274,13 @@ class Problem(Varying):
             times = record.time_at(values + self.settle)
         else:
             times = values + self.settle * (record.turn or 1.0)
-        series = record.sizes(about.channel)
-        series = filtered(record.time, series, about.lowpass)
-        return cubic(record.time, series, np.clip(times + shift, record.time[0], record.time[-1]))
+        return self.sensed(record, curve, times + shift)
+
+    def sensed(self, record: MemoryRecord, curve: int, times: np.ndarray) -> np.ndarray:
+        """The channel of a run at times [s], through the filter of its sensor."""
+        about = self.curves[curve]
+        series = filtered(record.time, record.sizes(about.channel), about.lowpass)
+        return cubic(record.time, series, np.clip(times, record.time[0], record.time[-1]))
 
     def modelled(self, record: MemoryRecord, curve: int, x: np.ndarray) -> np.ndarray:
         """The values that a curve would have, with its nuisances."""
@@ -333,10 +341,9 @@ class Problem(Varying):
             end = f"{curve.measured.x[late[0]]:.4g} {unit}"
             reason = f"{curve.label}: contacts start with a touch, and neighbouring trajectories"
             if counts[-1] < FEWEST * len(x):
-                raise ValueError(
+                raise BehindHorizon(
                     f"fit: {reason} part at {end} of the record: what follows says nothing about a "
-                    f"parameter; let the record begin with the motion (settle=0), or compare "
-                    f"statistics of many turns with a sweep"
+                    f"parameter; let the record begin with the motion (settle=0)"
                 )
             remarks.append(f"{reason} part: it is fitted up to {end}")
         if not remarks:

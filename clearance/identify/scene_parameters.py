@@ -15,7 +15,16 @@ from clearance.files.texts import listed
 from clearance.identify.free import Bounds, add_to_journal, bounded, journaled, saved
 from clearance.identify.measured import Measured, read
 from clearance.identify.run_errors import refined, weighted
-from clearance.identify.scene_fit import NUISANCES, REFUSED, SHIFT, Curve, Problem, Solved
+from clearance.identify.scene_fit import (
+    NUISANCES,
+    REFUSED,
+    SHIFT,
+    BehindHorizon,
+    Curve,
+    Problem,
+    Solved,
+)
+from clearance.identify.turn_statistics import by_statistics, reason_without
 from clearance.identify.verdict import Interval, Verdict, verdict
 from clearance.metrics.sensor import deviation
 from clearance.results.result import Result
@@ -189,7 +198,23 @@ def fitted(
     journal: Path | None = None,
     progress: Callable | None = None,
 ) -> SceneFit:
-    """The fit; ends of starts stand in a journal and are taken from it."""
+    """The fit: of trajectories, or of statistics of turns where trajectories part before."""
+    try:
+        return _by_trajectories(problem, starts, seed, journal, progress)
+    except BehindHorizon as parted:
+        if reason := reason_without(problem):
+            raise ValueError(f"{parted}; {reason}") from None
+    best, judged = by_statistics(problem, seed, progress)
+    return SceneFit(problem, best, (best,), judged)
+
+
+def _by_trajectories(
+    problem: Problem, starts: int, seed: int, journal: Path | None, progress: Callable | None
+) -> SceneFit:
+    """The fit; ends of starts stand in a journal and are taken from it.
+
+    Raises BehindHorizon, after one start at the latest where that ends at the least cost.
+    """
     key = _key(problem, seed)
     problem = problem.before_horizon(problem.middle)
     ends = [Solved(np.array(x), *rest) for x, *rest in journaled(journal, key)[:starts]]
@@ -199,6 +224,8 @@ def fitted(
             ends.append(loose.followed(x))
             rows = [[e.x.tolist(), e.cost, e.evaluations, e.converged] for e in ends]
             add_to_journal(journal, key, rows)
+        if not i and math.isfinite(ends[0].cost):
+            problem.before_horizon(ends[0].x)
         if progress is not None:
             progress((i + 1) / starts)
     ends = problem.finished(ends)

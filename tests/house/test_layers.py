@@ -44,6 +44,7 @@ ONLY_IN = {
         "clearance.identify.free",
         "clearance.identify.optimum",
         "clearance.identify.scene_fit",
+        "clearance.identify.turn_statistics",
         "clearance.identify.verdict",
         "paper_figures.elastic_bearing",
         "paper_figures.feeder_models",

@@ -15,6 +15,7 @@ from clearance.identify.free import Free
 from clearance.identify.measured import Measured, read
 from clearance.identify.scene_fit import Curve, Problem
 from clearance.identify.scene_parameters import fit
+from clearance.identify.turn_statistics import reason_without
 from clearance.identify.verdict import dependence, runs_test, verdict
 from tests.mechanisms import bar, loop
 
@@ -314,6 +315,53 @@ def test_dry_contact_before_the_horizon():
     late = record(turns[1440:] - 2.0, noisy_values[1440:], "angle", "m/s2")
     with pytest.raises(ValueError, match=r"trajectories part at .* turns"):
         fit(scene, late, bounds, "bodies/slider/ax", noise=noise, starts=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 2, 4])
+def test_dry_contact_behind_the_horizon(seed):
+    """Clearance and restitution, drawn at random, from statistics of settled turns: within their
+    intervals, which are narrower than half of the values; the verdict states the statistics.
+    """
+    random = np.random.default_rng(seed)
+    truth = {
+        "clearance": float(np.exp(random.uniform(*np.log([2e-4, 6e-4])))),
+        "restitution": float(random.uniform(0.65, 0.9)),
+    }
+    machine = cl.load_case("slider_crank", model="dry", **truth)
+    run = cl.simulate(machine, turns=64, samples_per_turn=180, rtol=1e-7, error=None)
+    values = run["slider"].ax[4 * 180 : 64 * 180]
+    noise = 0.01 * float(np.ptp(values))
+    values = values + random.normal(0.0, noise, values.size)
+    data = record(np.arange(values.size) / 180.0, values, "angle", "m/s2")
+    scene = cl.load_case("slider_crank", model="dry")
+    call = scene, data, {"clearance": "0.1mm:1mm", "restitution": (0.5, 0.97)}, "bodies/slider/ax"
+    actual = fit(*call, noise=noise, settle=4.0)
+    for interval in actual.verdict.intervals:
+        assert interval.low <= truth[interval.name] <= interval.high
+        assert interval.high - interval.low < 0.5 * interval.value
+    assert "fitted by 6 statistics of 60 turns" in actual.verdict.doubts[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({}, "at least 20 turns, and the record has 3"),
+        ({"x": 21}, "noise of the sensor"),
+        ({"x": 21, "noise": 1.0, "nuisances": "gain"}, "offset and gain"),
+    ],
+)
+def test_what_statistics_cannot_fit(change, message):
+    """Records that are too short, of unknown noise, or with a gain."""
+    turns = change.pop("x", 3)
+    scene = cl.load_case("slider_crank", model="dry")
+    free = [Free("clearance", 1e-4, 1e-3)]
+    values = np.sin(np.arange(90.0 * turns))
+    data = record(np.arange(90.0 * turns) / 90.0, values, "angle", "m/s2")
+    curve = Curve(
+        data, "bodies/slider/ax", change.get("noise"), (change.get("nuisances") or "").split()
+    )
+    assert message in reason_without(Problem(scene, free, [curve]))
 
 
 def wiper(friction=0.15, stiffness=2.0):
