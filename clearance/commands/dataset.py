@@ -41,6 +41,7 @@ def add(commands) -> argparse.ArgumentParser:
     )
     p.add_argument("--noise", default="1%", metavar="X", help="in SI, or of the range (1%%)")
     p.add_argument("--lowpass", metavar="ORDER:CORNER", help="filter of the sensor, as 2:1000")
+    p.add_argument("--mounting", default="0deg", metavar="X", help="deviation of sensor angles (0)")
     p.add_argument("--workers", type=int, metavar="N", help="processes (default one a core)")
     p.add_argument("--baseline", type=int, metavar="N", help="fit the first N records, add scores")
     p.add_argument("--quiet", action="store_true", help="no progress and no summary")
@@ -73,6 +74,7 @@ def run(options) -> int:
                 fixed=fixed,
                 seed=seed_of(options),
                 lowpass=lowpass(options.lowpass),
+                mounting=options.mounting,
                 progress=shown,
                 **taken(options, "points turns settle samples_per_turn noise workers"),
             )

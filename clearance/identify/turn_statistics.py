@@ -5,8 +5,8 @@
 
 s_m are those of the record, with N_m turns. s(p) are those of runs of N turns with the noise of the
 sensor. V is the covariance of a turn's numbers in a run, as large as the means of batches show.
-s(p) is a quadratic through runs at Sobol' points of a box, which shrinks about the least Q. Its slopes
-there give the intervals.
+s(p) is a quadratic through runs at Sobol' points of a box, which shrinks about the least Q. Its
+slopes there give the intervals.
 
 Validity: settled motion, a record of at least FEWEST turns, a stated noise.
 Source: Wood, Nature 466 (2010) 1102, for the likelihood of statistics.

@@ -7,6 +7,7 @@ gives the same bytes with the same version on the same kind of processor.
 """
 
 import json
+import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
@@ -30,6 +31,7 @@ from clearance.sweeping.index import Sweep
 from clearance.sweeping.points import sampled
 from clearance.sweeping.sweep import sweep
 from clearance.values import checks
+from clearance.values.units import quantity
 
 FORMAT = "clearance-dataset"
 KIND = "clearance dataset", FORMAT, FORMAT_VERSION
@@ -52,6 +54,7 @@ def dataset(
     samples_per_turn: int = 360,
     noise: float | str = "1%",
     lowpass: tuple[int, float] | None = None,
+    mounting: float | str = 0.0,
     workers: int | None = None,
     progress: Callable | None = None,
 ) -> Path:
@@ -61,7 +64,8 @@ def dataset(
         parameter; default clearance, viscosity and speed of the case, each within a factor of 2 of
         its default. fixed: other parameters. turns: of a record, after `settle` turns. noise:
         standard deviation in SI, or over the range of each record ("1%"). lowpass: order and corner
-        [Hz] of a Butterworth filter. workers, progress: see `sweep`.
+        [Hz] of a Butterworth filter. mounting: standard deviation [rad] of the angle at which a
+        sensor of a direction is mounted, drawn for each record. workers, progress: see `sweep`.
     A point that fails has nan in its records, and its reason among the labels. Raises ValueError
     for input that is wrong, before anything runs.
     """
@@ -70,13 +74,16 @@ def dataset(
         raise ValueError("dataset: give at least one channel, such as bodies/slider/ax")
     if isinstance(noise, str) and noise.strip().endswith("%"):
         checks.share("noise", noise)
+    mounting = quantity(mounting, "rad") if isinstance(mounting, str) else mounting
+    checks.non_negative("mounting", mounting)
+    partners = [crossed(n)[0] for n in names] if mounting else []
     drawn = sampled(points, seed=seed, **(dict(ranges) if ranges else usual(case, fixed or {})))
     runs = sweep(
         case,
         drawn,
         Path(folder) / "sweep",
         fixed=dict(fixed or {}),
-        channels=[f"{name}*" for name in names],
+        channels=[f"{name}*" for name in dict.fromkeys([*names, *partners])],
         turns=turns + settle,
         settle=settle,
         samples_per_turn=samples_per_turn,
@@ -92,6 +99,7 @@ def dataset(
         "samples_per_turn": samples_per_turn,
         "noise": str(noise),
         "lowpass": json.dumps(lowpass),
+        "mounting": mounting,
         "fixed": json.dumps(dict(fixed or {}), default=str),
     }
     return _written(Path(folder), runs, names, about, noise, lowpass)
@@ -100,6 +108,17 @@ def dataset(
 def column_of(channel: str) -> str:
     """Name of the column of a channel."""
     return channel.replace("/", "_")
+
+
+def crossed(channel: str) -> tuple[str, float]:
+    """The channel across a directed one, and the sign with which a turned sensor has it.
+
+    Raises ValueError for a channel without a direction.
+    """
+    axis = channel[-1:]
+    if axis not in ("x", "y"):
+        raise ValueError(f"dataset: {channel} has no direction: its sensor has no mounting angle")
+    return channel[:-1] + ("y" if axis == "x" else "x"), 1.0 if axis == "x" else -1.0
 
 
 def usual(case, fixed: Mapping[str, object]) -> dict[str, tuple]:
@@ -117,11 +136,14 @@ def _written(folder: Path, runs: Sweep, names, about: dict, noise, lowpass) -> P
     count, length = len(runs), about["turns"] * about["samples_per_turn"]
     records = {n: np.full((count, length), np.nan, np.float32) for n in names}
     sizes, units = {n: np.full(count, np.nan) for n in names}, {}
+    angles = {n: np.full(count, np.nan) for n in names}
     for index in np.flatnonzero(runs.done):
         random = np.random.default_rng([about["seed"], int(index)])
+        mounted = np.random.default_rng([about["seed"], int(index), 1])
         with runs.run(int(index)) as run:
             for name in names:
-                values = _sensed(run, name, lowpass)[-length - 1 : -1]
+                angles[name][index] = angle = mounted.normal(0.0, about["mounting"])
+                values = _sensed(run, name, lowpass, angle)[-length - 1 : -1]
                 sizes[name][index] = sigma = _noise(noise, values)
                 records[name][index] = values + random.normal(0.0, sigma, length)
                 part = name if name in run else f"{name}_x"
@@ -136,6 +158,11 @@ def _written(folder: Path, runs: Sweep, names, about: dict, noise, lowpass) -> P
         f"noise_{column_of(n)}": (units[n], f"standard deviation of the noise of {n}", v)
         for n, v in sizes.items()
     }
+    if about["mounting"]:
+        noises |= {
+            f"mounting_{column_of(n)}": ("rad", f"angle at which the sensor of {n} is mounted", v)
+            for n, v in angles.items()
+        }
     angle = np.arange(length) * (360.0 / about["samples_per_turn"])
     columns["angle"] = "deg", "angle of the drive behind the first sample", angle
     facts = {n: v for n, v in provenance().items() if n != "created"}  # the same bytes each day
@@ -152,9 +179,13 @@ def _written(folder: Path, runs: Sweep, names, about: dict, noise, lowpass) -> P
     return path
 
 
-def _sensed(run, name: str, lowpass) -> np.ndarray:
-    """A channel of a run through the filter of a sensor."""
-    return filtered(run.time, run.sizes(name), lowpass)
+def _sensed(run, name: str, lowpass, angle: float = 0.0) -> np.ndarray:
+    """A channel of a run through the filter of a sensor, which is mounted at an angle [rad]."""
+    values = run.sizes(name)
+    if angle:
+        across, sign = crossed(name)
+        values = math.cos(angle) * values + sign * math.sin(angle) * run.sizes(across)
+    return filtered(run.time, values, lowpass)
 
 
 def _noise(noise: float | str, values: np.ndarray) -> float:
@@ -189,7 +220,8 @@ def card(runs: Sweep, names, units: Mapping[str, str], about: Mapping[str, objec
         f"- Each record: {about['turns']} turns after {about['settle']}, "
         f"{about['samples_per_turn']} samples a turn.",
         f"- Channels: {', '.join(f'{n} [{units[n]}]' for n in names)}.",
-        f"- Sensor: noise {about['noise']}, low-pass {about['lowpass']}.",
+        f"- Sensor: noise {about['noise']}, low-pass {about['lowpass']}, "
+        f"mounted within {about['mounting']:g} rad (standard deviation).",
         *(f"- Label {n}: {low:.6g} to {high:.6g}." for n, (low, high) in ends.items()),
         f"- Fixed: {about['fixed']}.",
         f"- Made by clearance {about['version_clearance']}, numpy {about['version_numpy']}, "

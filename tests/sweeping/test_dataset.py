@@ -70,6 +70,24 @@ def test_ranges_noise_and_filter(tmp_path):
     assert np.abs(np.diff(blunt)).max() < 0.9 * np.abs(np.diff(sharp)).max()
 
 
+def test_a_mounted_sensor(tmp_path):
+    """A record is that of the sensor's direction, by the label of its angle; a force has none."""
+    options = SMALL | {"points": 2, "noise": 0.0, "workers": 1}
+    names = ("bodies/rod/ax", "bodies/rod/ay")
+    straight = cl.dataset("slider_crank", tmp_path / "a", names, **options)
+    turned = cl.dataset("slider_crank", tmp_path / "b", names, mounting="5deg", **options)
+    with h5py.File(straight) as a, h5py.File(turned) as b:
+        x, y = (a[f"records/bodies_rod_a{axis}"][()] for axis in "xy")
+        for axis, along, across in (("x", x, y), ("y", y, -x)):
+            angle = b[f"labels/mounting_bodies_rod_a{axis}"][()][:, None]
+            actual = b[f"records/bodies_rod_a{axis}"][()]
+            assert 0.0 < np.abs(angle).max() < 0.5
+            expected = np.cos(angle) * along + np.sin(angle) * across
+            assert actual == pytest.approx(expected, rel=1e-5, abs=1e-5 * float(np.abs(x).max()))
+    with pytest.raises(ValueError, match="no direction"):
+        cl.dataset("slider_crank", tmp_path / "c", "joints/C/force", mounting=0.1, **options)
+
+
 def test_the_card_names_what_it_is(made):
     """Synthetic, its seed, ranges, sensor and version."""
     text = made.with_name("card.md").read_text()
