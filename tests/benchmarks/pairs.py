@@ -172,14 +172,19 @@ began = time.perf_counter()
 done = cl.sweep(case, points, folder, fixed=values, channels=[], **options)
 print(time.perf_counter() - began, np.mean(getattr(done, "costs", {}).get("steps", 0.0)))
 """
-#: random points of the same parts of both parameters, two factors of a Sobol design
-SCATTER = """
+#: points that fill a rectangle, by chance or as a grid
+FILLED = """
 import sys
+import numpy as np
 import clearance as cl
-values, turns, folder = eval(sys.argv[1])
-spread = {"speed": "uniform(20, 60)", "clearance": "uniform(50um, 500um)"}
-options = {"workers": 1, "turns": turns}
-cl.scatter("six_bar_feeder", spread, folder, points=256, fixed=values, **options)
+way, values, turns, folder = eval(sys.argv[1])
+options = {"fixed": values, "workers": 1, "turns": turns}
+if way == "grid":
+    points = cl.grid(speed=np.linspace(20.0, 60.0, 16), clearance=np.linspace(5e-5, 5e-4, 16))
+    cl.sweep("six_bar_feeder", points, folder, channels=[], **options)
+else:
+    spread = {"speed": "uniform(20, 60)", "clearance": "uniform(50um, 500um)"}
+    cl.scatter("six_bar_feeder", spread, folder, points=256, **options)
 """
 THIN, BCE = MIXED | {"viscosity": 0.005}, {"joints": "B,C,E"}
 FEW, MANY = 10, 20  # points of a side of two sweeps, whose difference is that of their points
@@ -237,26 +242,28 @@ class Checkout:
         self.environment = os.environ | paths
 
     def done(self, *command: str) -> str:
-        """Output of a fresh process."""
-        return subprocess.run(
-            [sys.executable, *command],
-            check=True,
-            capture_output=True,
-            text=True,
-            env=self.environment,
-            cwd=self.folder,
-        ).stdout
-
-    def cpu(self, *command: str) -> float:
-        """User and system CPU seconds of a fresh process and of all that it began.
+        """Output of a fresh process.
 
         Workers of a server of processes outlive their parent; this process adopts and awaits them.
         """
+        try:
+            return subprocess.run(
+                [sys.executable, *command],
+                check=True,
+                capture_output=True,
+                text=True,
+                env=self.environment,
+                cwd=self.folder,
+            ).stdout
+        finally:
+            with suppress(ChildProcessError):
+                while True:
+                    os.wait()
+
+    def cpu(self, *command: str) -> float:
+        """User and system CPU seconds of a fresh process and of all that it began."""
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         self.done(*command)
-        with suppress(ChildProcessError):
-            while True:
-                os.wait()
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
@@ -304,8 +311,11 @@ class Checkout:
     def scatter(self, values: dict, turns: float) -> float:
         """256 random points over a grid of as many, by CPU."""
         self.count += 1
-        random = self.cpu("-c", SCATTER, repr((values, turns, f"scatter{self.count}")))
-        return random / self.sweep(values, 16, turns)
+        random, grid = (
+            self.cpu("-c", FILLED, repr((way, values, turns, f"{way}{self.count}")))
+            for way in ("random", "grid")
+        )
+        return random / grid
 
     def life(self, case: str, turns: int) -> float:
         """A life in a new folder."""
