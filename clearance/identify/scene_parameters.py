@@ -29,6 +29,7 @@ from clearance.identify.verdict import Interval, Verdict, verdict
 from clearance.metrics.sensor import deviation
 from clearance.results.result import Result
 from clearance.run.progress_bar import watched
+from clearance.scene.catalogue import AnyCase, load_case
 from clearance.scene.scene import Scene
 from clearance.simulation import simulate
 from clearance.values import checks
@@ -141,7 +142,7 @@ def shown(interval: Interval) -> str:
 
 @watched
 def fit(
-    scene: Scene,
+    scene: AnyCase,
     data: Data | Sequence[Data],
     parameters: Bounds,
     channels: str | Iterable[str],
@@ -157,6 +158,7 @@ def fit(
 ) -> SceneFit:
     """Parameters of a scene from measured records, each with a 95 % interval.
 
+    scene: or a case, as `load_case` takes it.
     data: CSV files (see identify/measured.py), records, or pairs of one and the parameters that
         hold for it alone, such as {"speed": 31.4}. parameters: bounds by name, (low, high) in SI or
         texts with units: of the case ("clearance") or numbers of the scene ("bodies/slider/mass").
@@ -176,6 +178,7 @@ def fit(
 
 
     """
+    scene = load_case(scene)
     free = [bounded(scene, name, bounds) for name, bounds in dict(parameters).items()]
     curves = [*_curves(scene, data, channels, noise, nuisances, lowpass)]
     if not (isinstance(starts, int) and starts >= 1):

@@ -32,6 +32,7 @@ WIDE = 0.5  # half of an interval over its value, from which the profile is take
 CORRELATED, TOGETHER = 0.95, 0.999
 EDGE = 1e-6  # of the width of the bounds: at its bound
 WHOLE = 0.01  # of an exponent: it counts as an integer
+STRAIGHT = 0.25  # least growth of the cost over that of a parabola, or its inverse, of an interval
 CLOSE = 0.02  # of t, to which the end of a profile is looked for
 TRIES = 8  # points of one side of a profile, at most
 APART, SIGNIFICANT = 3.0, 4.0  # minima: deviations between them; growth of 2 cost over s^2
@@ -94,7 +95,7 @@ def verdict(
     covariance *= more
     sd = np.sqrt(np.diag(covariance))
     correlated = covariance / np.outer(sd, sd)
-    judge = _Judge(problem, best, covariance, correlated, noise**2 * more, problem.freedom)
+    judge = Judge(problem, best, covariance, correlated, noise**2 * more, problem.freedom)
     products, hidden = judge.products(slopes)
     intervals = [judge.interval(k, k in hidden, edge[k]) for k in range(len(problem.free))]
     tests = {} if error.covers else dict(_tests(problem, best, residuals, slopes, tau, stated))
@@ -126,7 +127,7 @@ def dependence(residuals: Sequence[np.ndarray]) -> float:
 
 
 @dataclass(frozen=True)
-class _Judge:
+class Judge:
     """Intervals of parameters at a least cost."""
 
     problem: Problem
@@ -185,9 +186,22 @@ class _Judge:
         if edge:
             inner = self.end(k, -int(edge), sd)
             ends, kind = (x, inner) if edge < 0 else (inner, x), "at its bound"
-        elif _half(free, x, self.quantile * sd) > WIDE or (others > CORRELATED).any():
+        elif (
+            _half(free, x, self.quantile * sd) > WIDE
+            or (others > CORRELATED).any()
+            or not self.straight(k)
+        ):
             ends, kind = (self.end(k, -1, sd), self.end(k, 1, sd)), "profile"
         return Interval(*about, *map(free.value, ends), deviation, free.units, kind)
+
+    def straight(self, k: int) -> bool:
+        """True where the cost grows as the slopes have it, at both ends of a linear interval."""
+        step = self.quantile * self.covariance[:, k] / math.sqrt(self.covariance[k, k])
+        ends = (np.clip(self.best.x + way * step, *self.problem.bounds) for way in (-1.0, 1.0))
+        growths = (
+            2.0 * (self.problem.priced(e).cost - self.best.cost) / self.variance for e in ends
+        )
+        return all(STRAIGHT < g / self.quantile**2 < 1.0 / STRAIGHT for g in growths)
 
     def end(self, k: int, way: int, sd: float) -> float:
         """End of the profile's interval of a coordinate; its bound where it does not end before."""

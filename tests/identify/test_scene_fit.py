@@ -13,14 +13,15 @@ from clearance.cli import main
 from clearance.identify.fit_plan import plan
 from clearance.identify.free import Free
 from clearance.identify.measured import Measured, read
-from clearance.identify.scene_fit import Curve, Problem
+from clearance.identify.scene_fit import Curve, Problem, Solved
 from clearance.identify.scene_parameters import fit
 from clearance.identify.turn_statistics import reason_without
-from clearance.identify.verdict import dependence, runs_test, verdict
+from clearance.identify.verdict import Judge, dependence, runs_test, verdict
 from tests.mechanisms import bar, loop
 
 STIFFNESS, DAMPING = 1.0, 0.2
 FREE = {"springs/S/stiffness": (0.3, 3.0), "springs/S/damping": (0.05, 1.0)}
+FIRST = "springs/S/stiffness"
 TIMES = np.linspace(0.1, 20.0, 200)
 
 
@@ -594,3 +595,37 @@ def test_an_interrupt_has_one_line(monkeypatch, capsys):
     call += ["--data", "bench.csv", "--channels", "bodies/slider/ax"]
     assert main(call) == 1
     assert "with -o the same command goes on" in capsys.readouterr().err
+
+
+class Bent:
+    """A problem of two parameters whose cost is a parabola, but for a share that bends it."""
+
+    bounds = np.full(2, -np.inf), np.full(2, np.inf)
+
+    def __init__(self, share: float):
+        self.share = share
+
+    def priced(self, x: np.ndarray) -> Solved:
+        """Cost of a parabola, and of one that turns down beyond half of the interval."""
+        square = float(x @ x)
+        return Solved(x, 0.5 * square * (1.0 - self.share * min(square, 1.0)), 1, True)
+
+
+def test_a_linear_interval_needs_a_parabola():
+    """The cost at the ends of a linear interval decides whether slopes alone may state it."""
+    best, one = Solved(np.zeros(2), 0.0, 1, True), np.eye(2)
+    for share, straight in ((0.0, True), (0.5, True), (0.9, False), (-9.0, False)):
+        judge = Judge(Bent(share), best, one, one, 1.0, 1000)
+        assert judge.straight(0) is straight
+
+
+def test_a_function_is_a_case():
+    """A function's parameters are fitted as the numbers of its scene are: the same runs."""
+    noisy = exact(TIMES) + np.random.default_rng(3).normal(0.0, 0.01, TIMES.size)
+    data, rest = record(TIMES, noisy), {"noise": 0.01, "starts": 1}
+    case = fit(oscillator, data, {"stiffness": (0.3, 3.0)}, "bodies/block/x", **rest)
+    scene = fit(oscillator(), data, {FIRST: FREE[FIRST]}, "bodies/block/x", **rest)
+    (one,), (other,) = case.intervals.values(), scene.intervals.values()
+    assert (one.value, one.low, one.high) == pytest.approx(
+        (other.value, other.low, other.high), rel=1e-9
+    )
