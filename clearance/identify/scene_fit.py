@@ -54,7 +54,8 @@ ROOM = 0.1  # of a record where nothing turns, by which it may be shifted
 LENGTH = 2000  # samples of a record where nothing turns, at least
 ROUNDING = 1e-9  # of a number of samples
 PLACES = 256  # of a shift that is looked for over one turn
-STAGES = (0.1, 0.15, 0.22, 0.33, 0.5, 0.7)  # of records whose first parts lead to all of them
+FIRST, EARLY = 0.1, 0.05  # of records, and of a turn: first parts that lead to all of them
+GROWTH = 1.5  # of these parts
 ROUNDS = 3  # of weights from residuals, where several records have unknown errors
 SHIFT, OFFSET, GAIN = NUISANCES = ("shift", "offset", "gain")
 
@@ -472,10 +473,10 @@ class Problem(Varying):
         if count < 2:
             return
         points = self.spread(max(LOOKED, count - 1), seed)
-        looked = []
+        looked, part = [], self.first(next(self._shares(), 1.0))
         for point in points:
             x = np.append(point, self._still())
-            cost = self._look(x)
+            cost = part._look(x)
             looked.append((cost, x))
         looked.sort(key=lambda pair: pair[0])
         yield from (x for _, x in looked[: count - 1])
@@ -498,10 +499,23 @@ class Problem(Varying):
         except (Impossible, ValueError, ArithmeticError) as reason:
             self.reason = str(reason)
             return Solved(x, math.inf, 1, False)
-        for share in () if self.turn and not self.touching else STAGES:
+        for share in self._shares():
             before = self.first(share).solved(x, finish=LEADING, most=MOST_LEADING)
             x = before.x if math.isfinite(before.cost) else x
         return self.solved(x, finish=FINISH if self.touching else STARTING)
+
+    def _shares(self) -> Iterator[float]:
+        """Shares of the records that lead to all of them; none where all have one minimum."""
+        if self.turn and not self.touching:
+            return
+        share = FIRST
+        if self.turn:
+            about = [c.measured for c in self.curves]
+            turns = [m.x[-1] / (1.0 if m.along == "angle" else self.turn) for m in about]
+            share = min(FIRST, EARLY / max(turns))
+        while share < 1.0:
+            yield share
+            share *= GROWTH
 
     def finished(self, ends: Sequence["Solved"]) -> list["Solved"]:
         """Ends of starts in the order of their costs, followed to the end.

@@ -39,6 +39,9 @@ from clearance.version import VERSION
 STARTS = 5
 DOCUMENT, JOURNAL = "fit.json", "starts.json"
 AUTO = "auto"
+# of fits with many minima: probability of chi-square, and share of a record's deviation in its
+# residuals where the noise is not stated, beyond which no start has followed the record
+LOST, FOLLOWED = 1e-6, 0.3
 
 Data = str | Path | Measured | tuple[str | Path | Measured, Mapping[str, object]]
 
@@ -246,7 +249,24 @@ def _by_trajectories(
             again = problem.solved if rival else problem.priced
             moved[id(end)] = again(end.x)
     ends = [moved[id(end)] for end in ends]
-    return SceneFit(problem, best, tuple(ends), verdict(problem, best, ends, error))
+    judged = verdict(problem, best, ends, error)
+    if problem.touching and _lost(problem, judged):
+        raise ValueError(
+            f"fit: the best of {starts} starts does not follow the records: its residuals are no "
+            f"noise; contacts start with a touch, and other minima are many; take more starts, or "
+            f"a shorter record from the start of the motion (settle=0)"
+        )
+    return SceneFit(problem, best, tuple(ends), judged)
+
+
+def _lost(problem: Problem, judged: Verdict) -> bool:
+    """True where residuals are far larger than the stated noise, or no small share of a record."""
+    shares = [
+        sigma / float(np.std(c.measured.values))
+        for c, sigma in zip(problem.curves, problem.sigma, strict=True)
+        if c.sigma is None
+    ]
+    return judged.tests.get("chi-square", 1.0) < LOST or max(shares, default=0.0) > FOLLOWED
 
 
 def _key(problem: Problem, seed: int) -> str:

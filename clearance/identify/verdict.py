@@ -6,8 +6,8 @@
 tau is the autocorrelation time of the residuals, in values, where they are not independent: n
 values are worth n / tau facts. Where an interval is wider than WIDE or two parameters are
 correlated by more than CORRELATED, the interval is that of the profile likelihood: the least cost
-with the parameter held grows by t^2 s^2 tau / 2. Parameters correlated by more than TOGETHER are
-inseparable; the product that the records see is stated in their place.
+with the parameter held grows by t^2 s^2 tau / 2. Parameters of wide intervals correlated by more
+than TOGETHER are inseparable; the product that the records see is stated in their place.
 
 Source: Seber and Wild, Nonlinear Regression (2003), sections 2.1 and 5.2; Venzon and Moolgavkar,
 Applied Statistics 37 (1988) 87, for profiles.
@@ -146,10 +146,15 @@ class Judge:
         lines, hidden = [], set()
         for i in range(len(self.problem.free)):
             for j in range(i):
-                if abs(self.correlated[i, j]) > TOGETHER:
+                if abs(self.correlated[i, j]) > TOGETHER and self._wide(i) and self._wide(j):
                     lines.append(self._product(slopes, i, j))
                     hidden |= {i, j}
         return lines, hidden
+
+    def _wide(self, k: int) -> bool:
+        """True where the linear interval of a parameter is wider than WIDE."""
+        wide = self.quantile * math.sqrt(self.covariance[k, k])
+        return _half(self.problem.free[k], float(self.best.x[k]), wide) > WIDE
 
     def _product(self, slopes: np.ndarray, i: int, j: int) -> str:
         others = [k for k in range(slopes.shape[1]) if k not in (i, j)]
@@ -186,11 +191,7 @@ class Judge:
         if edge:
             inner = self.end(k, -int(edge), sd)
             ends, kind = (x, inner) if edge < 0 else (inner, x), "at its bound"
-        elif (
-            _half(free, x, self.quantile * sd) > WIDE
-            or (others > CORRELATED).any()
-            or not self.straight(k)
-        ):
+        elif self._wide(k) or (others > CORRELATED).any() or not self.straight(k):
             ends, kind = (self.end(k, -1, sd), self.end(k, 1, sd)), "profile"
         return Interval(*about, *map(free.value, ends), deviation, free.units, kind)
 

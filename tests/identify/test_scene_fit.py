@@ -309,13 +309,14 @@ def test_dry_contact_before_the_horizon():
     for interval, value in zip(actual.verdict.intervals, truth.values(), strict=True):
         assert abs(interval.value - value) < 4.0 * interval.deviation
     data = record(turns, noisy_values, "angle", "m/s2")
-    longer = fit(scene, data, bounds, "bodies/slider/ax", noise=noise, settle=0.0, starts=1)
-    assert "trajectories part: it is fitted up to 1." in longer.verdict.doubts[0]
+    longer = fit(scene, data, bounds, "bodies/slider/ax", noise=noise, settle=0.0, starts=2)
+    assert "trajectories part: it is fitted up to 2." in longer.verdict.doubts[0]
     for interval, value in zip(longer.verdict.intervals, truth.values(), strict=True):
         assert abs(interval.value - value) < 4.0 * interval.deviation
     late = record(turns[1440:] - 2.0, noisy_values[1440:], "angle", "m/s2")
-    with pytest.raises(ValueError, match=r"trajectories part at .* turns"):
-        fit(scene, late, bounds, "bodies/slider/ax", noise=noise, starts=1)
+    for starts, noise_of in ((1, noise), (3, noise), (1, None)):
+        with pytest.raises(ValueError, match=r"part at .* turns of the record|does not follow"):
+            fit(scene, late, bounds, "bodies/slider/ax", noise=noise_of, starts=starts)
 
 
 @pytest.mark.slow
