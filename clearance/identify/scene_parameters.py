@@ -39,8 +39,8 @@ from clearance.version import VERSION
 STARTS = 5
 DOCUMENT, JOURNAL = "fit.json", "starts.json"
 AUTO = "auto"
-# of fits with many minima: probability of chi-square, and share of a record's deviation in its
-# residuals where the noise is not stated, beyond which no start has followed the record
+# of fits with many minima that follow no record: probability of chi-square, below which they do
+# not; residuals over the record's deviation where noise is not stated, above which they do not
 LOST, FOLLOWED = 1e-6, 0.3
 
 Data = str | Path | Measured | tuple[str | Path | Measured, Mapping[str, object]]
