@@ -39,8 +39,8 @@ from clearance.version import VERSION
 STARTS = 5
 DOCUMENT, JOURNAL = "fit.json", "starts.json"
 AUTO = "auto"
-# of fits with many minima that follow no record: probability of chi-square, below which they do
-# not; residuals over the record's deviation where noise is not stated, above which they do not
+# probability of chi-square below which a fit with many minima has not followed its record
+# without a stated noise: residuals over the record's deviation, above which it has not
 LOST, FOLLOWED = 1e-6, 0.3
 
 Data = str | Path | Measured | tuple[str | Path | Measured, Mapping[str, object]]
