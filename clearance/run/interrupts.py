@@ -38,17 +38,21 @@ def beginning() -> None:
 
 
 def begun() -> None:
-    """SIGINT raises KeyboardInterrupt again, unless it is ignored; also one that Python would drop
-    in a callback, a moment later.
+    """SIGINT raises KeyboardInterrupt again, unless it is ignored, as in the background of a shell.
+
+    A request to end that Python would drop in a callback is raised a moment later.
     """
-    if _in_main_thread() and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if _in_main_thread():
         sys.unraisablehook = _raise_later
+        if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _raise_later(dropped) -> None:
     if issubclass(dropped.exc_type, KeyboardInterrupt):
-        threading.Timer(0.01, _thread.interrupt_main).start()
+        terminated = issubclass(dropped.exc_type, Terminated)
+        number = signal.SIGTERM if terminated else signal.SIGINT
+        threading.Timer(0.01, _thread.interrupt_main, [number]).start()
     else:
         sys.__unraisablehook__(dropped)
 

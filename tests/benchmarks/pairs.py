@@ -240,6 +240,8 @@ class Checkout:
             "NUMBA_CACHE_DIR": f"{folder}/numba",
         }
         self.environment = os.environ | paths
+        # modules are read compiled, as users read them
+        self.environment.pop("PYTHONDONTWRITEBYTECODE", None)
 
     def done(self, *command: str) -> str:
         """Output of a fresh process.

@@ -11,7 +11,7 @@ import pytest
 
 import clearance as cl
 from clearance import simulation
-from clearance.run.interrupts import DeferredSignals, Terminated, terminable
+from clearance.run.interrupts import DeferredSignals, Terminated, begun, terminable
 
 
 @pytest.fixture(autouse=True)
@@ -199,6 +199,26 @@ def test_a_second_signal_raises_at_once():
     with pytest.raises(KeyboardInterrupt):
         twice()
     assert after == ["second"]
+
+
+@pytest.mark.parametrize("interrupt", [signal.default_int_handler, signal.SIG_IGN])
+def test_a_dropped_request_comes_a_moment_later(monkeypatch, interrupt):
+    """One to end in a callback, as while the loop is compiled; shells ignore SIGINT of commands in
+    the background.
+    """
+    monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)
+    signal.signal(signal.SIGINT, interrupt)
+    begun()
+    assert signal.getsignal(signal.SIGINT) is interrupt
+
+    def dropped():
+        with terminable():
+            signal_in_a_callback(signal.SIGTERM)
+            time.sleep(30.0)
+
+    with pytest.raises(Terminated):
+        dropped()
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def test_handlers_that_raise_nothing_are_called_at_once():
