@@ -25,7 +25,7 @@ import numpy as np
 
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, outline
 from clearance.values.algebra import each
-from clearance.values.checks import finite
+from clearance.values.checks import finite, non_negative, positive
 
 NODES = 360  # of an outline, all around
 # of a table over nodes -1, 0, ...: a walk around begins anywhere and never wraps
@@ -486,6 +486,22 @@ def worn(
     """
     depths = {"bearing": _depths("bearing", bearing), "journal": _depths("journal", journal)}
     return _outline.bind(depths)
+
+
+def worn_arc(depth: float, clearance: float, direction: float) -> tuple[float, ...]:
+    """Depths that a journal leaves in its bearing: h = max(d - c (1 - cos(a - a_0)), 0) [m].
+
+    depth d [m] >= 0 in the direction a_0 [rad] of the bearing's frame; clearance c [m] > 0. The arc
+    has the radius of the journal and d, and its centre lies c from that of the bearing. Valid for
+    d < 2 c, where a part of the bearing is as it was.
+    Raises ValueError for a depth from 2 c on, and for negative numbers.
+    Source: Dufrane, Kannel and McCloskey, J. Lubrication Technol. 105 (1983) 392.
+    """
+    non_negative("worn depth", depth)
+    if depth >= 2.0 * positive("clearance", clearance):
+        raise ValueError(f"worn depth must be below 2 clearances of {clearance:g} m, got {depth:g}")
+    angles = (math.radians(360.0 / NODES * k) - direction for k in range(NODES))
+    return tuple(max(depth - clearance * (1.0 - math.cos(a)), 0.0) for a in angles)
 
 
 def _depths(field: str, values: Sequence[float] | None) -> tuple[float, ...]:

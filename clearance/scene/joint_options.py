@@ -445,6 +445,9 @@ class JointOptions:
     wear: coefficient of wear of the bearings, Archard's; 0: none; needs the contact winkler, and
         in mixed joints the film short or conserving [m2/N]
     wear_journal: that of the journals [m2/N]
+    worn_depth: deepest wear of the bearings, an arc (Dufrane); 0: unworn; films and contacts as for
+        wear [m]
+    worn_angle: its direction in the frame of the bearing [rad]
     """
 
     joints: str | Collection[str]
@@ -470,6 +473,8 @@ class JointOptions:
     elastic: str = "false"
     wear: float = 0.0
     wear_journal: float = 0.0
+    worn_depth: float = 0.0
+    worn_angle: float = -0.5 * math.pi
 
     def factory(
         self,
@@ -496,6 +501,11 @@ class JointOptions:
         if self.model != "lubricated":  # a film wears nothing
             slots |= {n: laws.archard(coefficient=k) for n, k in worn.items() if k}
         try:
+            if self.worn_depth:
+                from clearance.laws.outline import worn, worn_arc
+
+                arc = worn_arc(self.worn_depth, self.clearance, self.worn_angle)
+                slots["outline"] = worn(bearing=arc)
             slots |= self._laws(Pair(radius, self.clearance, length, material))
         except ValueError as error:
             raise ValueError(f"joint {', '.join(chosen)}: {error}") from None
@@ -547,7 +557,8 @@ class JointOptions:
         """Contact and friction of a dry or mixed joint."""
         contact = self.contact
         if contact.strip() == AUTO:
-            conformal = model == "mixed" or self.wear or self.wear_journal
+            worn = self.wear or self.wear_journal or self.worn_depth
+            conformal = model == "mixed" or worn
             contact = "winkler" if conformal else "lankarani_nikravesh"
         slots = {"contact": contact_of(contact, pair, self.restitution)}
         friction = friction_of(self.friction, self.friction_coefficient)

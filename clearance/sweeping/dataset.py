@@ -222,7 +222,10 @@ def card(runs: Sweep, names, units: Mapping[str, str], about: Mapping[str, objec
         f"- Channels: {', '.join(f'{n} [{units[n]}]' for n in names)}.",
         f"- Sensor: noise {about['noise']}, low-pass {about['lowpass']}, "
         f"mounted within {about['mounting']:g} rad (standard deviation).",
-        *(f"- Label {n}: {low:.6g} to {high:.6g}." for n, (low, high) in ends.items()),
+        *(
+            f"- Label {n}: {low:.6g} to {high:.6g} [{runs.definition.units.get(n, '?')}]."
+            for n, (low, high) in ends.items()
+        ),
         f"- Fixed: {about['fixed']}.",
         f"- Made by clearance {about['version_clearance']}, numpy {about['version_numpy']}, "
         f"Python {about['version_python']}.",

@@ -10,7 +10,16 @@ import pytest
 
 import clearance as cl
 from clearance.laws import FilmJoint
-from clearance.laws.outline import NODES, STEP, Outline, deepest, touching, touching_slopes, worn
+from clearance.laws.outline import (
+    NODES,
+    STEP,
+    Outline,
+    deepest,
+    touching,
+    touching_slopes,
+    worn,
+    worn_arc,
+)
 from clearance.laws.wear import is_linear
 from clearance.mechanism.build import build
 from tests.differences import slopes
@@ -241,3 +250,40 @@ class TestJoint:
             worn(bearing=[0.0, 0.0, 1e-6])
         with pytest.raises(ValueError, match="journal must not be negative, got -1e-06 m at 7 deg"):
             worn(journal=[0.0] * 7 + [-1e-6] + [0.0] * 352)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_worn_arc_is_of_a_circle(seed):
+    """Of the radius of journal and depth, its centre a clearance from that of the bearing, to
+    second order in c / R; deepest in its direction, and nothing where the bearing is as it was.
+    """
+    draw = np.random.default_rng(seed)
+    clearance, direction = 10.0 ** draw.uniform(-5.0, -3.5), draw.uniform(-7.0, 7.0)
+    depth, journal = draw.uniform(0.01, 1.99) * clearance, 0.02
+    depths = np.array(worn_arc(depth, clearance, direction))
+    angles = STEP * np.arange(NODES)
+    radii = journal + clearance + depths
+    x = radii * np.cos(angles) - clearance * math.cos(direction)
+    y = radii * np.sin(angles) - clearance * math.sin(direction)
+    inside = depths > 0.0
+    assert np.abs(np.hypot(x, y) - journal - depth)[inside].max() < clearance**2 / journal
+    width = math.acos(1.0 - depth / clearance)
+    away = np.abs((angles - direction + math.pi) % (2.0 * math.pi) - math.pi)
+    assert ((away < width) == inside).all()
+    assert depth - depths.max() < clearance * (1.0 - math.cos(0.5 * STEP)) * (1.0 + 1e-9)
+    mirrored = np.array(worn_arc(depth, clearance, -direction))
+    np.testing.assert_allclose(mirrored[1:], depths[:0:-1], atol=1e-12 * clearance)
+
+
+@pytest.mark.parametrize(
+    ("depth", "clearance", "message"),
+    [
+        (2e-4, 1e-4, "below 2 clearances of 0.0001 m, got 0.0002"),
+        (-1e-6, 1e-4, "worn depth must not be negative"),
+        (1e-6, 0.0, "clearance must be positive"),
+    ],
+)
+def test_worn_arcs_that_are_none(depth, clearance, message):
+    """Numbers without an arc are refused with their name."""
+    with pytest.raises(ValueError, match=message):
+        worn_arc(depth, clearance, 0.0)

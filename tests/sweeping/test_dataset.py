@@ -150,3 +150,25 @@ def test_the_command_prints_its_files(tmp_path, capsys):
     assert h5py.is_hdf5(document["records"])
     assert main([*call, "-p", "clearanc=1:2"]) == 2
     assert "did you mean clearance" in capsys.readouterr().err
+
+
+def test_wear_is_a_label(tmp_path):
+    """Depths of a worn arc are drawn, stand on the card, and give the records of their runs."""
+    wanted = {"worn_depth": (1e-5, 1e-4), "clearance": (2e-4, 6e-4)}
+    fixed = {"model": "lubricated", "film": "short", "worn_angle": 0.0}
+    options = {"turns": 1, "settle": 1, "samples_per_turn": 90, "noise": 0.0, "workers": 1}
+    path = cl.dataset(
+        "slider_crank", tmp_path, CHANNELS[:1], points=3, ranges=wanted, fixed=fixed, **options
+    )
+    with h5py.File(path) as file:
+        labels = {n: float(file[f"labels/{n}"][1]) for n in wanted}
+        actual = file["records/bodies_slider_ax"][1]
+    assert 1e-5 <= labels["worn_depth"] <= 1e-4
+    assert "- Label worn_depth: " in (tmp_path / "card.md").read_text()
+    scene = cl.load_case("slider_crank", **fixed, **labels)
+    run = cl.simulate(scene, turns=2, samples_per_turn=90, error=None)
+    expected = run["slider"].ax[90:180]
+    np.testing.assert_allclose(actual, expected, atol=1e-6 * np.ptp(expected))
+    plain = cl.load_case("slider_crank", **fixed, clearance=labels["clearance"])
+    unworn = cl.simulate(plain, turns=2, samples_per_turn=90, error=None)["slider"].ax[90:180]
+    assert np.abs(actual - unworn).max() > 1e-5 * np.ptp(expected)
