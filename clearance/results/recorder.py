@@ -307,8 +307,9 @@ class LedgerWatch:
 
     def start(self, time: float, energies: np.ndarray) -> None:
         """Take in the first row of all."""
-        self.last = self.low = self.high = energies[:3]
-        self.largest = abs(float(energies[3]))
+        self.last = energies[:3]
+        self.low, self.high = np.minimum(self.low, self.last), np.maximum(self.high, self.last)
+        self.largest = max(self.largest, abs(float(energies[3])))
         self._begin(time, energies[3])
 
     def add(self, times: np.ndarray, energies: np.ndarray) -> None:

@@ -9,6 +9,7 @@ import typing
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import partial
+from os.path import isfile  # of a name that no file can have too
 from pathlib import Path
 
 from clearance.scene.case import Case, Parameter
@@ -100,7 +101,7 @@ def _of_file(name: str | Path) -> Case:
             )
         if path.suffix not in FILES:
             raise ValueError(f"{name} is no case file: the name of one ends in .py or .toml")
-    elif not str(name).startswith("_") and (library() / f"{name}.py").is_file():
+    elif str(name).isidentifier() and str(name)[0] != "_" and isfile(library() / f"{name}.py"):
         path = library() / f"{name}.py"
     else:
         names = case_names()
