@@ -212,7 +212,12 @@ def _own_file(name: str, beside: str) -> Path | None:
 
 
 def _foreign(name: str, spec: ModuleSpec) -> bool:
-    """A module of Python, of this package, or of an installed distribution."""
+    """A module of Python, of this package, or of an installed distribution.
+
+    The package may be there twice, installed and as a checkout; its version is stated by itself.
+    """
+    if name.partition(".")[0] == __name__.partition(".")[0]:
+        return True
     path = Path(spec.origin or next(iter(spec.submodule_search_locations or ()), ""))
     if INSTALLED & {*path.parts} or any(
         path.is_relative_to(f) or path.resolve().is_relative_to(f) for f in FOREIGN

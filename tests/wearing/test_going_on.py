@@ -364,6 +364,18 @@ def test_modules_are_found_without_running_them(tmp_path, monkeypatch):
     assert list(inputs.modules_of([case])) == ["beside", "kit", "kit.deep", "kit.deep.leaf"]
 
 
+def test_another_copy_of_the_package_is_not_the_users(tmp_path, monkeypatch):
+    """Workers may import the installed package, and their driver that of a checkout."""
+    (tmp_path / "clearance").mkdir()
+    (tmp_path / "clearance" / "__init__.py").write_text("from clearance import values\n")
+    (tmp_path / "clearance" / "values.py").write_text("x = 1\n")
+    (tmp_path / "mine.py").write_text("import clearance.values\n")
+    case = tmp_path / "case.py"
+    case.write_text("import clearance as cl\nfrom clearance.values import x\nimport mine\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert list(inputs.modules_of([case])) == ["mine"]
+
+
 def test_modules_of_installed_distributions_are_not_the_users(tmp_path, monkeypatch):
     """In a folder of PYTHONPATH that an installer has filled, and in other Pythons' folders."""
     target, other = tmp_path / "target", tmp_path / "lib" / "site-packages"
