@@ -43,7 +43,6 @@ from clearance.postprocess.measured import compare as compare
 from clearance.postprocess.pictures import plot as plot
 from clearance.postprocess.report import report as report
 from clearance.postprocess.view import view as view
-from clearance.results.record import RunWarning as RunWarning
 from clearance.results.result import Result as Result
 from clearance.results.result import open_result as open_result
 from clearance.run.again import again as again
@@ -68,6 +67,7 @@ from clearance.sweeping.points import zipped as zipped
 from clearance.sweeping.scatter import open_scatter as open_scatter
 from clearance.sweeping.sweep import SweepError as SweepError
 from clearance.sweeping.sweep import sweep as sweep
+from clearance.values.checks import RunWarning as RunWarning
 from clearance.values.fit_class import fit_class as fit_class
 from clearance.values.units import cP as cP
 from clearance.values.units import degree as degree

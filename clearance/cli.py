@@ -20,9 +20,8 @@ from types import ModuleType
 from clearance.commands import COMMANDS
 from clearance.commands.common import DONE, FAILED, WRONG, complain
 from clearance.files.texts import shortened
-from clearance.results.record import RunWarning
 from clearance.run import interrupts, progress_bar
-from clearance.values.checks import meant
+from clearance.values.checks import RunWarning, meant
 from clearance.version import VERSION
 
 #: objects made between two searches for cycles among them; what imports and traces make stays, and

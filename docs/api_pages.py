@@ -19,7 +19,7 @@ SUBJECTS = {
     ),
     "elements": ("Elements", ["elements"]),
     "running": ("Running", ["simulation", "run", "motions"]),
-    "results": ("Results", ["results", "metrics", "postprocess"]),
+    "results": ("Results", ["results", "metrics", "postprocess", "values.checks"]),
     "sweeps": ("Sweeps", ["sweeping"]),
     "studies": ("Lives, fits, optima, exports", ["wearing", "identify", "studies", "exporting"]),
     "films": ("Films", ["film"]),

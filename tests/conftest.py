@@ -47,7 +47,7 @@ pytest_plugins = ["tests.validation.table"]
 
 def pytest_configure(config):
     """Warnings of runs are no errors of tests; `pytest.warns` sees them all the same."""
-    config.addinivalue_line("filterwarnings", "ignore::clearance.results.record.RunWarning")
+    config.addinivalue_line("filterwarnings", "ignore::clearance.values.checks.RunWarning")
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -18,12 +18,8 @@ import numpy as np
 from clearance.results.errors import Error, Errors
 from clearance.results.extremes import ROUNDING, SLIDES, Extreme, Extremes, Integrals, better
 from clearance.values.accessors import Drawn, accessor
-from clearance.values.checks import meant
+from clearance.values.checks import RunWarning, meant
 from clearance.values.spelling import as_path
-
-
-class RunWarning(UserWarning):
-    """The warnings of a run. Its result has them too, as `warnings`."""
 
 
 def warn(texts: Sequence[str]) -> None:

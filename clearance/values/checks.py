@@ -16,6 +16,10 @@ Check = Callable[[str, object], float]
 ROUNDING = 1e-15  # by which the length of a direction may be off
 
 
+class RunWarning(UserWarning):
+    """The warnings of a run. Its result has them too, as `warnings`."""
+
+
 def meant(name: str, names: Iterable[str]) -> str:
     """ " (did you mean ...?)" where a known name is close or has the same words, in capitals or
     not; else nothing.

@@ -8,7 +8,7 @@ import warnings
 import pytest
 
 import clearance as cl
-from clearance.results.record import RunWarning
+from clearance.values.checks import RunWarning
 
 CONTACTS = ["hertz", "kelvin_voigt", "winkler", "lankarani_nikravesh", "hunt_crossley"]
 
