@@ -70,9 +70,8 @@ class Spring(Load):
         """Its tension or moment; the energy that it stores and takes out."""
         if self.by_law:
             (tension,) = m.law(self, self.slot, [elongation, rate])
-            if self.spots():
-                depth, _ = getattr(self, self.slot).law.engaged
-                w.spot(self, *m.of_law(self, self.slot, depth, [elongation, rate]))
+            if engaged := getattr(self, self.slot).law.engaged:
+                w.spot(self, *m.of_law(self, self.slot, engaged[0], [elongation, rate]))
             w.lose(self, tension * rate)
             return tension
         stiffness, damping = m.number(self, "stiffness"), m.number(self, "damping")

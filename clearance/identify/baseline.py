@@ -33,8 +33,8 @@ def baseline(path: str | Path, count: int, starts: int = 3) -> dict[str, dict]:
     rows = {c: reader.column(f"records/{column_of(c)}")[:count] for c in channels}
     units = {c: reader.attribute(f"records/{column_of(c)}", "units") for c in channels}
     turns = reader.column("records/angle") / 360.0
-    others = "done", "speed", "noise_", "mounting_"  # labels that are not fitted
-    names = [n for n in labels if not n.startswith(others)]
+    sensor = "noise_", "mounting_"
+    names = [n for n in labels if n not in ("done", "speed") and not n.startswith(sensor)]
     if not names:
         raise ValueError(f"{path}: its only label is the speed, which a record states")
     bounds = {n: (labels[n].min() / ROOM, labels[n].max() * ROOM) for n in names}

@@ -41,9 +41,8 @@ def refined(problem: Problem, best: Solved) -> tuple[Problem, Solved, RunError]:
     """The problem with runs whose error counts little, its least cost, and the error left."""
     while True:
         residuals, slopes = problem.residuals(best.x), problem.jacobian(best.x)
-        stated = all(c.sigma is not None for c in problem.curves)
         rms = float(np.sqrt(np.mean(residuals**2)))
-        noise = 1.0 if stated else rms * math.sqrt(residuals.size / problem.freedom)
+        noise = 1.0 if problem.stated else rms * math.sqrt(residuals.size / problem.freedom)
         rtol = problem.rtol * (FINER if problem.rtol * FINER >= LEAST else 1.0 / FINER)
         changes = [
             np.nan_to_num(problem.with_runs(*how).residuals(best.x) - residuals)

@@ -309,6 +309,11 @@ class Problem(Varying):
         return sum(len(c.measured.values) for c in self.curves)
 
     @property
+    def stated(self) -> bool:
+        """True where the errors of all records are stated."""
+        return all(c.sigma is not None for c in self.curves)
+
+    @property
     def freedom(self) -> int:
         """Number of residuals that coordinates leave free."""
         return max(self.size - len(self.middle), 1)

@@ -47,7 +47,7 @@ def reason_without(problem: Problem) -> str:
     """Reason for which there is no fit by statistics; "" where there is one."""
     if turns_of(problem) < FEWEST:
         return f"statistics need at least {FEWEST} turns, and the record has {turns_of(problem)}"
-    if any(c.sigma is None for c in problem.curves):
+    if not problem.stated:
         return "statistics need the noise of the sensor, which is in them: give noise"
     if any(n in ("offset", "gain") for _, n in problem.nuisances):
         return "offset and gain cannot be fitted to statistics"

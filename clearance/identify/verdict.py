@@ -86,7 +86,7 @@ def verdict(
     width = np.where(np.isfinite(high - low), high - low, 1.0)
     edge = np.sign((high - best.x < EDGE * width) * 1.0 - (best.x - low < EDGE * width))
     samples = residuals.size
-    stated = all(c.sigma is not None for c in problem.curves)
+    stated = problem.stated
     tau = dependence([residuals[rows] for rows in problem.rows])
     fits = stated and chi_square(problem, best, tau) > DOUBTFUL
     cost = 0.5 * problem.freedom
