@@ -107,10 +107,10 @@ class Varying:
                 x[k] = parameter.coordinate(value)
         return x
 
-    def spread(self, count: int, seed: int) -> np.ndarray:
-        """Sobol' points between the bounds, (count, parameters)."""
+    def spread(self, count: int, seed: int, box: Sequence[np.ndarray] = ()) -> np.ndarray:
+        """Sobol' points between the bounds, or those of a box, (count, parameters)."""
         shares = qmc.Sobol(len(self.free), seed=seed).random_base2(math.ceil(math.log2(count)))
-        low, high = self.ends.T
+        low, high = box or self.ends.T
         return low + shares[:count] * (high - low)
 
     def values(self, x: np.ndarray) -> dict[str, float]:

@@ -308,6 +308,11 @@ class Problem(Varying):
         """Number of residuals."""
         return sum(len(c.measured.values) for c in self.curves)
 
+    def in_turns(self, i: int) -> np.ndarray:
+        """Places of the values of a record [turns]."""
+        about = self.curves[i].measured
+        return about.x / (1.0 if about.along == "angle" else self.turn)
+
     @property
     def stated(self) -> bool:
         """True where the errors of all records are stated."""
@@ -515,8 +520,7 @@ class Problem(Varying):
             return
         share = FIRST
         if self.turn:
-            about = [c.measured for c in self.curves]
-            turns = [m.x[-1] / (1.0 if m.along == "angle" else self.turn) for m in about]
+            turns = (self.in_turns(i)[-1] for i in range(len(self.curves)))
             share = min(FIRST, EARLY / max(turns))
         while share < 1.0:
             yield share

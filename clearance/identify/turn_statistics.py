@@ -18,7 +18,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.special import chdtrc
-from scipy.stats import qmc
 
 from clearance.accuracy.by_differences import Impossible, recorded
 from clearance.identify.estimation import spread
@@ -122,8 +121,7 @@ def by_statistics(
     box = low, high
     count = 2 ** math.ceil(math.log2(4 + (p + 1) * (p + 2)))
     for turn in range(ROUNDS):
-        shares = qmc.Sobol(p, seed=seed + turn).random(count)
-        for x in box[0] + shares * (box[1] - box[0]):
+        for x in problem.spread(count, seed + turn, box):
             try:
                 numbers = made.of(x)
             except (Impossible, ValueError, ArithmeticError) as reason:
@@ -233,8 +231,7 @@ def _all(problem: Problem) -> range:
 
 def _places(problem: Problem, i: int) -> np.ndarray:
     """Places of the values of a record [turns], from 0 on."""
-    about = problem.curves[i].measured
-    turns = about.x / (1.0 if about.along == "angle" else problem.turn)
+    turns = problem.in_turns(i)
     return turns - turns[0]
 
 
