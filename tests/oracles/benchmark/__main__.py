@@ -4,7 +4,8 @@
 A value is that of the package at `TIGHT`, or of the second method where that is nearer to the
 exact one (`BEST` of its module). The error is twice the largest difference from the package at its
 default tolerance and from the second method; where the second method is best, from its coarser
-answer. No error is below `LEAST` of the value. Statistics have half their 95 % interval.
+answer. `MARGIN` of its module replaces the factor of two for some rows. No error is below `LEAST`
+of the value. Statistics have half their 95 % interval.
 """
 
 import dataclasses
@@ -52,11 +53,13 @@ def rows(name: str) -> tuple[list[Row], str]:
     tight, usual = values(work), values(problems.Work())
     second, best, made = oracle.solve(), getattr(oracle, "BEST", ()), []
     coarse = oracle.coarser() if best else {}
+    margins = getattr(oracle, "MARGIN", {})
     for quantity, value in tight.items():
         off = [usual[quantity] - value, second[quantity] - value]
         if quantity.startswith(best or ("-",)):
             value, off = second[quantity], [coarse[quantity] - second[quantity]]
-        error = 2.0 * max([*map(abs, off), 0.5 * LEAST * abs(value)])
+        factor = next((f for begin, f in margins.items() if quantity.startswith(begin)), 2.0)
+        error = max(factor * max(map(abs, off)), LEAST * abs(value))
         error = work.widths.get(quantity, error)
         made.append(
             Row(quantity, unit(quantity, getattr(oracle, "UNITS", {})), value, upward(error))

@@ -14,6 +14,7 @@ HINGES = {"A": (-1, 0.0, 0, -0.02), "B": (0, 0.02, 1, -0.08), "C": (1, 0.08, 2, 
 HINGES |= {"D": (-1, 0.17 - 0.09j, 2, -0.09), "E": (2, 0.09, 3, -0.075), "F": (3, 0.075, 4, 0.0)}
 FIXED = np.eye(15)[[2, 13, 14]]  # of the crank's angle, and of the slider's height and angle
 SIZES = np.repeat([1e-4, 1e-2], 15)
+MARGIN = {"dry_": 20.0}  # impacts let errors of any code grow some thousand times
 
 
 def hinge(s, name):
