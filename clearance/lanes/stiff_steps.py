@@ -39,7 +39,9 @@ BLANK = {"effort": 0.9, "convergence": 1.0}
 PAIR = complex(K.pairs[0])
 NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
 LARGER = 1.15  # factor of the estimate, with which metrics are as accurate as the ordinary way's
-HALVINGS, NEAR = 8, 0.01  # of the place where contact sets in; share of a step that is its end
+SPARED = 0.9  # `shortened` below which a step may be: after four in a row, the fifth is not
+# of the place where contact sets in; share of a step that is its end; step over what ends there
+HALVINGS, TANGENTS, NEAR, BEHIND = 6, 2, 0.01, 1.005
 AHEAD = 0.8  # share of the step where the Jacobian is taken: fewest iterations over 0.3 to 1
 
 
@@ -334,7 +336,8 @@ def error_of(piece: Piece, shape: Shape, f: list, stages: list[list]) -> tuple[l
 def onset(piece: Piece, shape: Shape, ends: list) -> tuple:
     """True where a contact sets in or ends amidst a step, without a touch; the share of the step.
 
-    The loop, too, has such a step end there.
+    The loop, too, has such a step end there. Here it ends a little behind: the next would cross
+    the place otherwise, or end before it again, and so on.
     """
     h, begins, met, share = piece.one("h"), piece.all("begins"), [], 1.0
     for k in range(len(shape.gradual)):
@@ -345,10 +348,14 @@ def onset(piece: Piece, shape: Shape, ends: list) -> tuple:
             x = (begin + end) * 0.5
             before = piece.above((low + x * (first + x * (second + x * third))) * low, 0.0)
             begin, end = piece.choose(before, x, begin), piece.choose(before, end, x)
+        for _ in range(TANGENTS):
+            slope = first + x * (2.0 * second + x * (3.0 * third))
+            value = low + x * (first + x * (second + x * third))
+            x = piece.smallest(piece.largest(x - piece.trace.div(value, slope), begin), end)
         inside = piece.less(piece.size(x - 0.5), 0.5 - NEAR)
         met.append(piece.both(piece.less(low * high, 0.0), inside))
-        share = piece.choose(met[-1], piece.smallest(share, x), share)
-    return piece.both(piece.either(*met), piece.less(piece.one("shortened"), 0.5)), share
+        share = piece.choose(met[-1], piece.smallest(share, x * BEHIND), share)
+    return piece.both(piece.either(*met), piece.less(piece.one("shortened"), SPARED)), share
 
 
 def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
@@ -382,7 +389,8 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     taken, now = conclude(piece, shape, entries, trial, ORDER)
     if shape.gradual:
         keep(piece, taken, "begins", ends)
-        piece.set("shortened", piece.choose(taken, 0.0, piece.flag(trial.met[0])))
+        cut, last = piece.flag(trial.met[0]), piece.one("shortened")
+        piece.set("shortened", piece.choose(taken, 0.5 * last, last + cut))
     polynomial = [
         piece.weighted(row, column) for row in K.basis for column in zip(*stages, strict=True)
     ]

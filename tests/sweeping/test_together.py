@@ -206,6 +206,19 @@ def test_steps_end_where_contact_sets_in():
     assert ran.metrics["joint_C_force_max"][0] == pytest.approx(303.26401571181265, rel=1e-5)
 
 
+@pytest.mark.parametrize("joints", ["B", pytest.param("B,C,E", marks=pytest.mark.slow)])
+def test_steps_do_not_close_in_on_an_onset(joints):
+    """Random mixed points arrive, and one at which each step ended a little before the onset: the
+    steps after it took 2 % of the last, until the clock had none.
+    """
+    rng, columns = np.random.default_rng(39), {"speed": cl.rpm(480), "clearance": 5e-4}
+    ranges = {"speed": (cl.rpm(60), cl.rpm(900)), "clearance": (5e-5, 5e-4)}
+    for name, ends in ranges.items():
+        columns[name] = np.append(columns[name], np.exp(rng.uniform(*np.log(ends), 15)))
+    ran = Ran(scenes(model="mixed", joints=joints), columns, turns=3.0)
+    assert ran.sound()
+
+
 @pytest.mark.parametrize("contact", ["flores", "johnson", "winkler", "impact"])
 def test_sampled_mixed_points(contact):
     """No two points share a value: all numbers of contacts come from columns, bit for bit or
