@@ -49,7 +49,7 @@ class ClearanceRevolute(ClearanceJoint):
     transition: how film and contact share the joint, needed where it has both; asperities are part
         of it.
     elastic: film on elastic surfaces, or None for surfaces that the film does not deform. The
-        transition then goes by that film, see `line_contact`.
+        transition then goes by that film, see `line_contact`, which True stands for.
     film_torques: whether the film drags on both bodies. Leave it on: without it the film's force
         pair has a net moment. Off reproduces published rows that leave the drag out.
     wear, wear_journal: laws of wear of bearing and journal; outline: their worn depths, see `worn`
@@ -88,7 +88,7 @@ class ClearanceRevolute(ClearanceJoint):
     film: BoundLaw | None = law("film between journal and bearing", film, wet_film, memory_film)
     asperity: BoundLaw | None = law("load of the asperities", asperity)
     transition: BoundLaw | None = law("how film and contact share the joint", transition)
-    elastic: BoundLaw | None = law("film on elastic surfaces", loaded_film)
+    elastic: BoundLaw | bool | None = law("film on elastic surfaces", loaded_film)
     wear: BoundLaw | None = law("wear of the bearing", surface_wear)
     wear_journal: BoundLaw | None = law("wear of the journal", surface_wear)
     outline: BoundLaw | None = law("worn outlines of bearing and journal", outline)
@@ -112,6 +112,8 @@ class ClearanceRevolute(ClearanceJoint):
     along, across, turn = Known(state="eccentricity_x"), Known(state="eccentricity_y"), FREE
 
     def __post_init__(self):
+        if isinstance(self.elastic, bool):
+            self._set("elastic", self._line_contact() if self.elastic else None)
         super().__post_init__()
         label = self.label()
         if self.radius <= self.clearance:
@@ -172,6 +174,11 @@ class ClearanceRevolute(ClearanceJoint):
             self._check_beside(label, "asperity", "", "transition", "roughness")
         if self.elastic is not None:
             self._check_elastic(label)
+
+    def _line_contact(self) -> BoundLaw:
+        from clearance.laws.line_contact import line_contact
+
+        return line_contact()
 
     def _check_elastic(self, label: str) -> None:
         """Raise ValueError where the film on elastic surfaces has no part."""

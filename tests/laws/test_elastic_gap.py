@@ -299,6 +299,13 @@ def test_a_layer_is_of_columns():
         replace(joint, layer=1e-3)
 
 
+def test_true_stands_for_the_law():
+    """A joint takes true and false where cases take them: the law, and none."""
+    joint = feeder(elastic="true").clearance_joints[0]
+    assert replace(joint, elastic=True) == joint
+    assert replace(joint, elastic=False) == replace(joint, elastic=None)
+
+
 def test_rigid_joints_have_nothing_of_it():
     """No output, number or operation; and what has no such state is refused by name."""
     rigid = feeder()
