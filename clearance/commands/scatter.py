@@ -127,6 +127,9 @@ def _value(parameter, text: str) -> object:
         meant = checks.meant(kind, DISTRIBUTIONS)
         all_names = ", ".join(DISTRIBUTIONS)
         raise ValueError(f"{parameter.name}: no distribution {kind!r}{meant}; one of {all_names}")
+    if ":" in text and parameter.kind is float:
+        meant = f"uniform({','.join(text.split(':')[:2])})"
+        raise ValueError(f"{parameter.name}: {text} is no distribution; {meant} is one")
     return parameter.value(text)
 
 

@@ -158,6 +158,8 @@ def test_a_distribution_of_a_word(tmp_path, typed):
     assert error in typed.line(scatter, "'model=normal(1,2)' -o", tmp_path / "out")
     misspelt = "no distribution 'norml' (did you mean normal?)"
     assert misspelt in typed.line(scatter, "'clearance=norml(50um,5um)'")
+    between = "clearance: 50um:60um is no distribution; uniform(50um,60um) is one"
+    assert between in typed.line(scatter, "clearance=50um:60um")
 
 
 def test_too_few_points():
