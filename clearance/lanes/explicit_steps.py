@@ -4,6 +4,7 @@ A step in which a contact starts or ends is tried again at the size that ends it
 touches.py. Whatever differs between lanes is this size: no lane waits for another's contact.
 """
 
+from clearance.lanes.probes import add_probes, falling, met_inside
 from clearance.lanes.rows import Piece, Rows
 from clearance.lanes.steps import (
     ARRIVED,
@@ -36,13 +37,12 @@ from clearance.stepping.dop853 import (
     C,
     D,
 )
-from clearance.values.spots import CONTACT, FILM
+from clearance.values.spots import FILM
 
 IMPLICIT = False
 HELD = ("base", "polynomial")  # of a step, for places inside it
 NEXT = ITERATE  # phase of a step that begins
 BLANK = {"effort": 0.9}
-PROBES = 8  # parts of a step that is searched for contacts
 HELD_UP = 5.0 * STIFF_ENOUGH  # steps after which a run is given up: it starts once more then
 
 
@@ -55,15 +55,13 @@ def unfit(mechanism: Mechanism) -> str | None:
 
 def add_rows(rows: Rows, shape: Shape) -> None:
     """Rows that this method needs."""
-    n, spots = shape.states, len(shape.contacts)
+    n = shape.states
     rows.add("error", "last_h", "felt", "stiff", "mild")
     rows.add("new", "slope", count=shape.size)
     rows.add("stages", count=STAGES * n)
     rows.add("polynomial", count=DEGREE * n)
-    rows.add("begins", "ends", count=2 * spots)  # penetration and its rate of each spot
-    rows.add("probes", count=2 * spots * (PROBES - 1))
-    if spots:
-        rows.add("aimed", "event")
+    if shape.contacts:
+        add_probes(rows, shape)
 
 
 def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
@@ -156,23 +154,6 @@ def stiffness(piece: Piece, n: int, h, states: tuple, slopes: tuple):
     return h * piece.sqrt(change / piece.largest(apart, 1e-300))
 
 
-def touching(piece: Piece, spot: int):
-    """True where a spot is in contact: its impact speed stands in the work vector."""
-    return piece.above(piece.one("work", spot), -0.5)
-
-
-def falling(piece: Piece, shape: Shape, finite, ends: list, factor):
-    """The next step over one that is refused, inside which contacts end."""
-    begins = piece.all("begins")
-    for k, (kind, i, _) in enumerate(shape.contacts):
-        before, after = begins[2 * k], ends[2 * k]
-        if kind == CONTACT:
-            inside = piece.both(piece.less(after, 0.0), piece.above(before, 0.0))
-            (near,) = piece.formula(control.leaving, factor, before, after)
-            factor = piece.choose(piece.both(touching(piece, i), inside, finite), near, factor)
-    return factor
-
-
 # --- the end of a step
 def dense(piece: Piece, shape: Shape, entries: Entries) -> list:
     """Dense output of the trial step, see `dop853.interpolant`."""
@@ -198,28 +179,6 @@ def dense(piece: Piece, shape: Shape, entries: Entries) -> list:
     return [v for row in (*rows[:3], *high) for v in row]
 
 
-def meets(piece: Piece, shape: Shape, probes: list[list]):
-    """True where a contact starts or ends inside the step; see `near_contact` and `event_of` of
-    stepping/contacts.py.
-
-    probes: penetrations and their rates at the step's ends and PROBES - 1 places between.
-    """
-    h = piece.one("h")
-    part, met = h * (1.0 / PROBES), [piece.less(h, 0.0)]
-    for k, (kind, i, band) in enumerate(shape.contacts):
-        begins, rate = probes[0][2 * k], probes[0][2 * k + 1]
-        state = touching(piece, i), kind != CONTACT, begins, rate, band
-        (sign,) = piece.formula(control.beyond, *state)
-        ways = [(row[2 * k] * sign, row[2 * k + 1] * sign) for row in probes]
-        for low, high in zip(ways, ways[1:], strict=False):
-            turns = piece.both(piece.above(low[1], 0.0), piece.less(high[1], 0.0))
-            curve = piece.formula(control.cubic, *low, *high, part)
-            _, value = piece.formula(control.summit, low[0], *curve)
-            top = piece.choose(turns, value, high[0])
-            met.append(piece.above(piece.largest(top, high[0]), band))
-    return piece.either(*met)
-
-
 def settled(piece: Piece, shape: Shape, entries: Entries, theta, t, of: str = "") -> list:
     """States inside a step, where no rate is stiff; of: "sample_" for the step of a sample."""
     moved = piece.along(piece.all(f"{of}polynomial"), theta, shape.states)
@@ -232,19 +191,8 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     t, h, y, new = piece.one("t"), piece.one("h"), piece.all("y"), piece.all("new")
     polynomial, taken = dense(piece, shape, entries), piece.not_below(h, 0.0)
     if shape.contacts:
-        places = [p / PROBES for p in range(1, PROBES)]
-        moved = (piece.along(polynomial, place, n) for place in places)
-        states = ([a + b for a, b in zip(y, way, strict=False)] for way in moved)
-        inner = [
-            piece.call(entries.spots, t + h * p, [*state, *y[n:]])
-            for p, state in zip(places, states, strict=True)
-        ]
-        probes = [piece.all("begins"), *inner, piece.all("ends")]
-        event = piece.both(
-            piece.none(piece.above(piece.one("aimed"), 0.5)), meets(piece, shape, probes)
-        )
+        event = met_inside(piece, shape, entries, polynomial)
         taken = piece.none(event)
-        piece.set("probes", *(v for row in inner for v in row))
         piece.set("event", piece.flag(event))
         keep(piece, taken, "begins", piece.all("ends"))
     error = piece.largest(piece.one("error"), 1e-10)

@@ -23,7 +23,7 @@ from clearance.stepping.control import BAND
 from clearance.stepping.locating import FREE
 from clearance.stepping.state import CLEARANCE, PULL, RATE_X, RATE_Y
 from clearance.tracing.function import Opaque
-from clearance.values.spots import BLENDED, CONTACT, FILM
+from clearance.values.spots import CONTACT, FILM
 
 LONGEST = 2**62  # steps
 BLOCK = 64  # bytes that rows are aligned to
@@ -59,7 +59,9 @@ def impossible(mechanism: Mechanism, method: str) -> str | None:
 
 
 def shape_of(mechanism: Mechanism, implicit: bool) -> Shape:
-    """Sizes of a mechanism; implicit: contacts are not looked for inside steps."""
+    """Sizes of a mechanism; implicit: contacts that set in gradually have no search of their own,
+    unless others begin with a touch.
+    """
     places, layout = mechanism.places, mechanism.layout
     films = [
         (places[element], i)
@@ -70,9 +72,10 @@ def shape_of(mechanism: Mechanism, implicit: bool) -> Shape:
     contacts = tuple(
         (spot.kind, i, float(bands[i]))
         for i, (_, spot) in enumerate(mechanism.spots)
-        if not implicit or spot.kind == BLENDED
+        if spot.kind != FILM
     )
-    ledger, kind = layout.length - layout.states, "gradual" if implicit else "contacts"
+    touching = not implicit or any(kind == CONTACT for kind, *_ in contacts)
+    ledger, kind = layout.length - layout.states, "contacts" if touching else "gradual"
     sizes = mechanism.coordinates, mechanism.size, ledger, tuple(films)
     return Shape(*sizes, **{kind: contacts})
 
@@ -366,7 +369,7 @@ class Driver:
                 if kind == CONTACT and speed != FREE:
                     since = self.memory["since"][lane, k]
                     lasts = self.rows[first["t"], lane] - since
-                    rows.append([progress[lane, queue.POINT], k, since, speed, lasts, 0.0, 0.0])
+                    rows.append([progress[lane, queue.POINT], spot, since, speed, lasts, 0.0, 0.0])
         return np.reshape(rows, (len(rows), queue.IMPACTS))
 
 

@@ -139,7 +139,7 @@ A, B, C, AT_A, AT_B, AT_C, WIDTH, ROUND, STAGE, BEST = range(10)
 SEARCH_COLUMNS = 10
 OVER, SUMMIT, LEFT, RIGHT = range(4)  # stages of a search
 SEEKS = 12  # columns of `seeks`, see touches.py
-#: columns of `impacts`: point, contact, begin, impact speed, duration, separation speed, 1 where it
+#: columns of `impacts`: point, spot, begin, impact speed, duration, separation speed, 1 where it
 #: is over
 IMPACTS = 7
 
@@ -595,7 +595,7 @@ def lead_on(s, lane):
     if s.rows[s.at[PHASE], lane] == ARRIVED and not arrive(s, lane):
         keep(s, lane)
         take(s, lane)
-    elif s.kinds.size > 0 and s.called[lane] == FINISH:
+    elif s.kinds.size > 0 and s.called[lane] == FINISH and s.rows[s.at[EVENT], lane] == 0.0:
         s.leave(s.address, lane)
     if s.progress[lane, TURNS] >= s.pause and s.rows[s.at[PHASE], lane] != IDLE:
         s.progress[lane, GOES_ON] = s.rows[s.at[PHASE], lane]

@@ -68,6 +68,12 @@ class Piece:
         """Set a row."""
         self.outputs[self.rows.places(name)[i]] = value
 
+    def leave(self, condition, *names: str) -> None:
+        """Leave rows that were set as they were where a condition holds."""
+        for row in (row for name in names for row in self.rows.places(name)):
+            before = self.trace.load(f"s[{row}]")
+            self.outputs[row] = self.choose(condition, before, self.outputs[row])
+
     def used(self, entry: Entry) -> list[int]:
         """Places of those values of a function that the piece uses."""
         items = [n.args for n in live(self.outputs.values()) if n.op == "item"]

@@ -20,7 +20,7 @@ from clearance.results.record import Record
 from clearance.run.diagnosis import doubtful
 from clearance.run.run import Run
 from clearance.stepping import status
-from clearance.values.spots import FILM
+from clearance.values.spots import BLENDED, FILM
 
 
 class Starts:
@@ -35,7 +35,7 @@ class Starts:
             raise NotForLanes("lanes are off")
         if reason := lanes.impossible(mechanism, method):
             raise NotForLanes(reason)
-        if METHODS[method].IMPLICIT and any(spot.kind != FILM for _, spot in mechanism.spots):
+        if METHODS[method].IMPLICIT and any(spot.kind == BLENDED for _, spot in mechanism.spots):
             raise NotForLanes("contacts that set in gradually are not counted in lanes")
         record = standing(run)
         if record.uneven:

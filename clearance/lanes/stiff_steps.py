@@ -7,6 +7,7 @@ iterations and fails less often. Lanes iterate until enough of them are done.
 """
 
 from clearance.lanes.elimination import Complex, factor, solve
+from clearance.lanes.probes import add_probes, met_inside
 from clearance.lanes.rows import Piece, Rows
 from clearance.lanes.steps import (
     ARRIVED,
@@ -27,7 +28,6 @@ from clearance.stepping import control
 from clearance.stepping.radau import ITERATIONS, SAFETY, STIFF
 from clearance.stepping.state import SETTLED
 from clearance.stepping.tableaus import RADAU5 as K
-from clearance.values.spots import CONTACT
 
 IMPLICIT = True
 STAGES = 3
@@ -47,8 +47,6 @@ AHEAD = 0.8  # share of the step where the Jacobian is taken: fewest iterations 
 
 def unfit(mechanism: Mechanism) -> str | None:
     """The reason why a mechanism does not suit this method in lanes."""
-    if touching := [e.name for e, spot in mechanism.spots if spot.kind == CONTACT]:
-        return f"contacts of joint {touching[0]} begin with a touch"
     if rubbing := sorted(mechanism.structure.forced):
         return f"friction of joint {rubbing[0]} turns round inside steps"
     rates = mechanism.size - mechanism.coordinates
@@ -67,8 +65,12 @@ def add_rows(rows: Rows, shape: Shape) -> None:
     rows.add("powers", count=STAGES * shape.ledger)
     rows.add("real", "complex_real", "complex_imag", count=size * size)
     rows.add("exchanges", "complex_exchanges", count=exchanges)
-    rows.add("begins", count=2 * len(shape.gradual))  # penetrations and rates where a step begins
-    rows.add("shortened", count=1 if shape.gradual else 0)  # so that it ends where contact sets in
+    if shape.gradual:
+        rows.add("begins", count=2 * len(shape.gradual))  # penetrations and rates of a step's begin
+        rows.add("shortened")  # so that a step ends where contact sets in
+    if shape.contacts:
+        add_probes(rows, shape)
+        rows.add("new", "slope", count=shape.size)
     rows.add("coupling", count=size * shape.coordinates)  # of the Jacobian: rates by coordinates
 
 
@@ -116,10 +118,13 @@ def matrices(piece: Piece, shape: Shape, h, jacobian: list[list]) -> tuple[list[
 
 
 def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
-    """The begin of a run."""
+    """The begin of a run, or of a phase of one."""
     piece = start(rows, shape, entries, ORDER, NEXT)
-    if shape.gradual:
+    if shape.spots:
         piece.set("begins", *piece.call(entries.spots, piece.one("t"), piece.all("y")))
+    if shape.contacts:
+        for name in ("aimed", "last_step", "predictor"):
+            piece.set(name, 0.0)
     return piece
 
 
@@ -127,6 +132,9 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     """Choose the step, factorise, predict the stages."""
     piece, n, p = Piece(rows, PREPARE), shape.states, shape.coordinates
     h, failed = proposed(piece)
+    if shape.contacts:
+        aimed = piece.above(piece.one("aimed"), 0.5)
+        h, failed = piece.choose(aimed, piece.one("h"), h), piece.choose(aimed, 0.0, failed)
     t, y, rtol = piece.one("t"), piece.all("y"), piece.one("rtol")
     scale = piece.all("scale")
     predicted = piece.above(piece.one("predictor"), 0.5)
@@ -238,7 +246,7 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     norm = piece.sqrt(norm * (1.0 / (STAGES * n)))
     corrections = [first, [v.real for v in second], [v.imag for v in second]]
     w = [[a + b for a, b in zip(x, c, strict=True)] for x, c in zip(w, corrections, strict=True)]
-    judge(piece, norm, rtol)
+    failed = judge(piece, norm, rtol)
     new = [[0.0] * n for _ in range(STAGES)]
     for i in range(size):
         for s in range(STAGES):
@@ -247,11 +255,29 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     piece.set("transformed", *(v for row in w for v in row))
     piece.set("powers", *powers)
     piece.set("stages", *(v for row in new for v in row))
+    if shape.contacts:
+        end_of_step(piece, shape, entries, new, powers)
+        piece.set("aimed", piece.choose(failed, 0.0, piece.one("aimed")))
     return piece
 
 
-def judge(piece: Piece, norm, rtol) -> None:
-    """Go on with the iteration, or end it: converged, or given up."""
+def end_of_step(
+    piece: Piece, shape: Shape, entries: Entries, stages: list[list], powers: list
+) -> None:
+    """State, rates and penetrations at the end of the step, as the iteration has them."""
+    n, t, h, y = shape.states, piece.one("t"), piece.one("h"), piece.all("y")
+    inverse, count = piece.trace.div(1.0, h), shape.ledger
+    new = [a + b for a, b in zip(y, stages[-1], strict=False)] + [
+        y[n + i] + h * piece.weighted(K.a[-1], powers[i::count]) for i in range(count)
+    ]
+    slope = [piece.weighted(K.end, [row[i] for row in stages]) * inverse for i in range(n)]
+    piece.set("new", *new)
+    piece.set("slope", *slope, *powers[len(powers) - count :])
+    piece.set("ends", *piece.call(entries.spots, t + h, new))
+
+
+def judge(piece: Piece, norm, rtol):
+    """Go on with the iteration, or end it: converged, or given up; True where it is given up."""
     iteration, old = piece.one("iteration"), piece.one("old")
     tolerance = piece.largest(2e-15 / rtol, NEWTON_TOLERANCE)
     later = piece.above(iteration, 0.5)
@@ -290,6 +316,7 @@ def judge(piece: Piece, norm, rtol) -> None:
     piece.set("old", norm)
     piece.set("iteration", iteration + 1.0)
     piece.set("phase", piece.choose(ended, float(FINISH), float(ITERATE)))
+    return piece.both(ended, piece.none(converged))
 
 
 def settled(piece: Piece, shape: Shape, entries: Entries, theta, t, of: str = "") -> list:
@@ -375,6 +402,10 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     slope = [piece.weighted(K.end, [row[i] for row in stages]) * inverse for i in range(n)]
     powers, count = piece.all("powers"), shape.ledger  # where Newton's method looked last
     changes = [h * piece.weighted(K.a[-1], powers[i::count]) for i in range(count)]
+    if shape.contacts:  # which may have moved the end
+        new = piece.all("new")
+        end, slope = new[:n], piece.all("slope")[:n]
+        changes = [a - b for a, b in zip(new[n:], y[n:], strict=True)]
     trial = Trial(
         end,
         slope,
@@ -384,16 +415,26 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
         piece.all("diagonal"),
         changes,
     )
-    if shape.gradual:
-        trial.met = onset(piece, shape, ends := piece.call(entries.spots, t + h, end + y[n:]))
-    taken, now = conclude(piece, shape, entries, trial, ORDER)
-    if shape.gradual:
-        keep(piece, taken, "begins", ends)
-        cut, last = piece.flag(trial.met[0]), piece.one("shortened")
-        piece.set("shortened", piece.choose(taken, 0.5 * last, last + cut))
     polynomial = [
         piece.weighted(row, column) for row in K.basis for column in zip(*stages, strict=True)
     ]
+    if shape.contacts:
+        ends, accurate = piece.all("ends"), piece.none(piece.above(error, 1.0))
+        met = met_inside(piece, shape, entries, polynomial)
+        trial.met = piece.both(met, solved, trial.finite, accurate), 1.0
+    elif shape.gradual:
+        trial.met = onset(piece, shape, ends := piece.call(entries.spots, t + h, end + y[n:]))
+    taken, now = conclude(piece, shape, entries, trial, ORDER)
+    if shape.spots:
+        keep(piece, taken, "begins", ends)
+    if shape.contacts:
+        event = trial.met[0]
+        piece.leave(event, "rejected", "refusals", "refusal")
+        piece.set("event", piece.choose(event, 1.0, piece.choose(taken, 0.0, -1.0)))
+        keep(piece, piece.none(taken), "aimed", [0.0])
+    elif shape.gradual:
+        cut, last = piece.flag(trial.met[0]), piece.one("shortened")
+        piece.set("shortened", piece.choose(taken, 0.5 * last, last + cut))
     before = piece.all("polynomial")
     chosen = [piece.choose(taken, a, b) for a, b in zip(polynomial, before, strict=True)]
     piece.set("polynomial", *chosen)

@@ -2,7 +2,7 @@
 it ends there.
 
 The search is that of stepping/contacts.py, on the cubics between the places that
-`explicit_steps.finish` looks at. The driver calls it by address: scenes without contacts do not
+`probes.met_inside` looks at. The driver calls it by address: scenes without contacts do not
 compile it.
 """
 
@@ -10,7 +10,7 @@ import math
 
 from clearance.files.sealed import digest_of_code
 from clearance.lanes import queue
-from clearance.lanes.explicit_steps import PROBES
+from clearance.lanes.probes import PROBES
 from clearance.lanes.queue import (
     AIMED,
     END,
@@ -32,7 +32,7 @@ from clearance.lanes.queue import (
     draw,
     lanes_at,
 )
-from clearance.lanes.steps import ARRIVED, FINISH, ITERATE, START
+from clearance.lanes.steps import ARRIVED, FINISH, START
 from clearance.machine.store import OPTIONS, Entry
 from clearance.stepping import control, status
 from clearance.stepping.contacts import ALIGNMENTS, RESOLVED
@@ -126,7 +126,7 @@ def first_event(s, lane, h):
 def note(s, lane, k, separation, over):
     """Keep a contact that ends, or that the end of the run cuts off."""
     row, spot = s.impacts[s.filled], s.spots[k]
-    row[0], row[1], row[2] = s.progress[lane, POINT], k, s.since[lane, k]
+    row[0], row[1], row[2] = s.progress[lane, POINT], spot, s.since[lane, k]
     row[3], row[4] = (
         s.rows[s.at[WORK] + spot, lane],
         s.rows[s.at[TIME], lane] - s.since[lane, k],
@@ -231,7 +231,7 @@ def aim(address, lane):
     seek[SIGN], seek[LOW], seek[HIGH], seek[PASSED] = beyond(s, lane, event), 0.0, h, 0.0
     seek[TRIALS], seek[PROPOSAL] = 0.0, h
     rows[s.at[TRIED], lane] = place * h
-    rows[s.at[PHASE], lane] = ITERATE
+    rows[s.at[PHASE], lane] = s.then
     return 0
 
 
@@ -269,7 +269,7 @@ def approach(address, lane):
         seek[MET], seek[TRIALS] = 1.0 if value > 0.0 else 0.0, -1.0
         return 0
     rows[s.at[TRIED], lane] = h + shift
-    rows[s.at[PHASE], lane] = ITERATE
+    rows[s.at[PHASE], lane] = s.then
     return 0
 
 

@@ -292,10 +292,14 @@ def test_explain(typed):
     assert "left out" in text
     assert text.count("clearance.") == 0  # no names of modules before the costs
     assert "  sweeps     points side by side, in lanes\n" in text
-    words = "explain six_bar_feeder -p model=mixed -p transition=flores"
+    assert (
+        "points side by side"
+        in typed("explain six_bar_feeder -p model=mixed -p transition=flores").out
+    )
+    words = "explain six_bar_feeder -p film=fem"
     text = typed(words).out
     reason = typed(words, "--json").document["not_in_lanes"]
-    assert reason == "contacts of joint B begin with a touch"
+    assert reason == "a film is solved as the run goes"
     assert f"  sweeps     each point by itself: {reason}\n" in text
 
 

@@ -2,6 +2,8 @@
 whatever runs beside.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,8 +19,9 @@ from clearance.sweeping.in_lanes import Together
 from tests.seeds import few_of
 
 POINTS = 24
+OIL = cl.Lubricant(viscosity=0.02)
 #: of each case: speeds [rad/s] and turns in which bearings touch, but are not chaotic yet
-SPEEDS = {"slider_crank": (100.0, 400.0), "four_bar": (10.0, 60.0)}
+SPEEDS = {"slider_crank": (100.0, 400.0), "four_bar": (10.0, 60.0), "six_bar_feeder": (10.0, 60.0)}
 
 
 def points_of(name, seed, count=POINTS):
@@ -28,10 +31,21 @@ def points_of(name, seed, count=POINTS):
     return {"speed": rng.uniform(*SPEEDS[name], count), "clearance": clearance}
 
 
-def scenes(name, **fixed):
-    """A function of the swept values, to a dry scene of a case."""
+def scenes(name, oil="", **fixed):
+    """A function of the swept values, to a dry scene of a case; oil: the joint that has a film in
+    place of its contact.
+    """
     case = find_case(name)
-    return lambda values: case.scene(**{"model": "dry"} | fixed | values)
+
+    def scene(values):
+        dry = case.scene(**{"model": "dry"} | fixed | values)
+        if not oil:
+            return dry
+        film = {"contact": None, "friction": None, "film": cl.table_film(), "lubricant": OIL}
+        joints = [replace(j, **film) if j.name == oil else j for j in dry.joints]
+        return cl.Scene(*joints, *dry.drives, gravity=dry.gravity, name=name)
+
+    return scene
 
 
 def ordinary(scene, values, options):
@@ -65,6 +79,9 @@ SCENES = [
     ("slider_crank", {"joints": "C,guide", "restitution": 0.2}),
     ("four_bar", {"contact": "gonthier"}),
     ("four_bar", {"joints": "B,C", "restitution": 0.2}),
+    ("four_bar", {"joints": "B,C", "oil": "B"}),
+    ("six_bar_feeder", {"joints": "B,C,E", "oil": "C", "contact": "flores"}),
+    ("six_bar_feeder", {"model": "mixed", "transition": "flores"}),
 ]
 
 
@@ -76,7 +93,8 @@ def test_metrics(name, fixed, seed):
     of time of places that balance on a corner are rounding: 1e-8.
     """
     scene, columns, options = scenes(name, **fixed), points_of(name, seed), {"turns": 1.0}
-    ran, calm = Ran(scene, columns), 0
+    options["method"] = "radau5" if {"oil", "model"} & set(fixed) else "dop853"
+    ran, calm = Ran(scene, columns, **options), 0
     warnings = ran.together.warnings(columns, ran.answers, ran.points)
     for i in range(6):
         values = {n: v[i].item() for n, v in columns.items()}
