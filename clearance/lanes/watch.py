@@ -15,8 +15,9 @@ from clearance.lanes.steps import Entries, Shape
 from clearance.stepping import control
 from clearance.tracing.emission import Program, kernel_text
 
-#: 45 times the share of a sum that Simpson's rule may err by in a step: at most, and over rtol
-ROUGH, FINE = 45.0 * 3e-8, 45.0 * 0.03
+#: 45 times the share of a sum that Simpson's rule may err by in a step: at most, and over rtol^1.5,
+#: for a tighter run has more steps
+ROUGH, FINE = 45.0 * 3e-8, 45.0 * 30.0
 
 
 @dataclass(frozen=True)
@@ -173,7 +174,8 @@ def integrate(piece: Piece, watch: Watch, moment: Moment, row: list, inner: list
     within = piece.both(taken, piece.above(piece.one("within"), 0.5))
     middles = (value for _, value in stepped(piece, watch, inner))
     panels, rough = {}, [piece.none(within)]
-    share = piece.smallest(ROUGH, piece.trace.mul(FINE, piece.one("rtol")))
+    rtol = piece.one("rtol")
+    share = piece.smallest(ROUGH, FINE * rtol * piece.sqrt(rtol))
     for (k, value), middle in zip(stepped(piece, watch, row), middles, strict=True):
         before, total = piece.one("at_end", k), piece.one("sums", k)
         panels[k] = panel = width * ((before + 4.0 * middle + value) * (1.0 / 6.0))
