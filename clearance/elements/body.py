@@ -201,7 +201,7 @@ class Body(Described):
     def at(self, x: float, y: float, z: float = 0.0) -> Point:
         """An unnamed point of the body's frame."""
         point = PLACE.checked(f"point of {self.name}", (x, y, z))
-        return Point(self, f"({', '.join(f'{v:g}' for v in point)})", *point)
+        return Point(self, f"({', '.join(f'{float(v):g}' for v in point)})", *point)
 
     def __repr__(self) -> str:
         return f"Body({self.name!r})"

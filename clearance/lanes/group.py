@@ -89,7 +89,8 @@ class Points:
         (films, points); longest: step [s]; begin, until: of the window and of the run, turn: length
         of a turn [s]; frequency: typical one [rad/s]; own: numbers that reductions may read;
         tables: those of each point (points, numbers), or of all (numbers,), where they are not the
-        group's; rtol: where it is not the group's.
+        group's; given: numbers of each sample, likewise (points, numbers, samples); rtol: where
+        it is not the group's.
     """
 
     y: np.ndarray
@@ -104,6 +105,7 @@ class Points:
     frequency: np.ndarray
     own: np.ndarray
     tables: np.ndarray | None = None
+    given: np.ndarray | None = None
     rtol: float | np.ndarray | None = None
 
     @property
@@ -255,7 +257,7 @@ class Group:
             "points": self._numbers(points, par),
             "data": data,
             "spans": self._spans(points),
-            "given": self.given,
+            "given": self.given[None] if points.given is None else points.given,
             "gathered": gathered,
             "energies": energies,
             "results": np.zeros((count, len(gathered) + 3)),
@@ -390,6 +392,18 @@ class GoingOn:
         for driver in self.drivers:
             driver.run(turns)
         return self.group.answers(self.arrays, self.drivers, turns)
+
+
+def with_derived(mechanism: Mechanism, numbers: np.ndarray) -> np.ndarray:
+    """Parameters of points, those derived from them with them: (parameters, points)."""
+    derived = np.zeros((mechanism.layout.derived, numbers.shape[1]))
+    par, derive = np.concatenate([numbers, derived]), mechanism.structure.derive
+    with np.errstate(all="ignore"):
+        try:
+            rows = derive([*par])
+        except ValueError:  # a formula with cases takes points one by one
+            return np.array([derive(column.tolist()) for column in par.T], dtype=float).T
+    return np.array([np.broadcast_to(np.asarray(row, float), par.shape[1:]) for row in rows])
 
 
 def integers(values) -> np.ndarray:

@@ -454,6 +454,8 @@ class LaneMetrics:
         """
         moved = (answers.states != points.y.T).any(axis=1)
         good = moved & (answers.status == status.DONE) & ~self._deep(answers, points)
+        if points.given is not None:
+            good &= np.isfinite(points.given).all(axis=(1, 2))
         if "energy/residual_max" not in self.wanted.quantities:
             return good
         ends = {

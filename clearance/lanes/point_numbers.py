@@ -4,17 +4,19 @@ Runs are prepared at some points all over the sweep: its corners, and points bet
 their starts belongs to one of three kinds. It is the same everywhere, or the scene of columns
 (values/columns.py) gives it, or it follows from one parameter and is prepared at each value. All
 else is put together from these by the formulas of the ordinary way. The numbers must be those
-prepared: bit for bit, or within a share of them. Where they are not, the points are run one by one
-(`NotForLanes`).
+prepared: bit for bit, or within a share of them. Where they are not, each start is prepared by
+itself, or the points are run one by one (`NotForLanes`).
 """
 
 import itertools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
+from clearance.mechanism.assembly import size_of
 from clearance.mechanism.numbers import numbers_of
 from clearance.run.ideal_motion import moves
 from clearance.run.run import Run
@@ -51,9 +53,8 @@ class Start:
 
 
 PARTS = ("numbers", "state", "work", "sizes", "reach", "scalars", "leaves")
-#: turn of the drive [s] (0: none turns), length of runs without turns [s], frequency [rad/s], size
-#: [m], mass [kg]
-SCALARS = ("turn", "until", "frequency", "size", "mass")
+#: turn of the drive [s] (0: none turns), frequency [rad/s], size [m], mass [kg]
+SCALARS = ("turn", "frequency", "size", "mass")
 
 
 def leaves_of(description: object) -> Iterator[tuple[tuple, object]]:
@@ -76,9 +77,8 @@ def start_of(run: Run) -> Start:
     blended = [i for i, (_, spot) in enumerate(mechanism.spots) if spot.kind == BLENDED]
     work[blended] = 0.0  # a typical speed, see `Mechanism`
     described = (v for _, v in leaves_of(mechanism.scene.description()))
-    until = 0.0 if turn else run.span.until
     mass = sum(b.mass for b in mechanism.scene.bodies)
-    scalars = turn or 0.0, until, mechanism.frequency, mechanism.start.size, mass
+    scalars = turn or 0.0, mechanism.frequency, mechanism.start.size, mass
     return Start(
         mechanism.par[: len(mechanism.layout.parameters)].copy(),
         mechanism.y0,
@@ -95,7 +95,8 @@ class PointNumbers:
 
     scene: gives the scene of swept values; prepared: gives the run of them, not begun; columns:
         values of the swept numbers by name, (points,); share: of a number that it may be off; base:
-        a point to begin with, default in the middle.
+        a point to begin with, default in the middle; alone: numbers of none of the three kinds
+        are prepared at each point, such as a start that lengths decide.
     run: of the base. Raises NotForLanes.
     """
 
@@ -106,8 +107,10 @@ class PointNumbers:
         columns: dict[str, np.ndarray],
         share: float = 0.0,
         base: dict[str, float] | None = None,
+        alone: bool = False,
     ):
         self.scene_of, self.prepared, self.columns, self.share = scene, prepared, columns, share
+        self.alone, self.latest = alone, ({}, np.zeros((0, 0)))
         self.values = {name: np.unique(column) for name, column in columns.items()}
         middle = {name: values[len(values) // 2].item() for name, values in self.values.items()}
         self.base = base or middle
@@ -115,9 +118,11 @@ class PointNumbers:
         self.kind = self._kind(self.run)
         self.fixed = start_of(self.run).vector
         self.sizes = [getattr(start_of(self.run), name).size for name in PARTS]
+        self.rounded = self._rounded()
         trials = [*self._corners(), *self._between()]
         rows = np.array([self._row(trial) for trial in trials])
         swept = {n: np.array([trial[n] for trial in trials], dtype=float) for n in columns}
+        self.latest = swept, rows
         self._classify(swept, rows)
         if not self._same(self.vectors(swept), rows).all():
             raise NotForLanes("its numbers depend on several parameters at once")
@@ -147,6 +152,7 @@ class PointNumbers:
         mechanism, layout = run.mechanism, run.mechanism.layout
         described = leaves_of(mechanism.scene.description())
         texts = [(path, type(v) if type(v) is float else v) for path, v in described]
+        texts = [(path, v) for path, v in texts if not _is_place(path, v)]
         starts = mechanism.par[len(layout.parameters) + layout.derived :]
         return (
             mechanism.structure,
@@ -166,7 +172,20 @@ class PointNumbers:
 
     def _same(self, values: np.ndarray, base: np.ndarray) -> np.ndarray:
         """True for numbers that are equal within the share."""
-        return (values == base) | (np.abs(values - base) <= self.share * np.abs(base))
+        sizes = np.maximum(np.abs(base), self.rounded)
+        return (values == base) | (np.abs(values - base) <= self.share * sizes)
+
+    def _rounded(self) -> np.ndarray:
+        """Sizes of what starts are solved for, which may be rounding beside 0: states, and
+        coordinates of drives.
+        """
+        mechanism, sizes = self.run.mechanism, np.zeros(sum(self.sizes))
+        for drive in mechanism.scene.drives:
+            if (place := mechanism.layout.parameters.get(f"{drive.key}/start")) is not None:
+                sizes[place] = mechanism.start.size if drive.slides else 1.0
+        first = self.sizes[0]
+        sizes[first : first + mechanism.size] = mechanism.scale
+        return sizes
 
     def _classify(self, swept: dict[str, np.ndarray], rows: np.ndarray) -> None:
         """Separate the numbers that are the same everywhere, those that the scene of columns gives,
@@ -179,7 +198,8 @@ class PointNumbers:
             formed = np.zeros_like(varying)
         self.formed = np.flatnonzero(formed)
         following: dict[str, list[int]] = {n: [] for n in self.columns}
-        for j in np.flatnonzero(varying & ~formed):
+        self.solved = np.flatnonzero(varying & ~formed) if self.alone else np.zeros(0, int)
+        for j in np.flatnonzero(varying & ~formed) if not self.alone else ():
             name = next((n for n, v in swept.items() if _follows(v, rows[:, j])), None)
             if name is None:
                 raise NotForLanes(self._not_from_parameters())
@@ -211,27 +231,27 @@ class PointNumbers:
         names = [*layout.coordinates, *layout.first_order]
         sizes = [states.get(n, size) for n, size in zip(names, start.sizes, strict=True)]
         reach = [spot.reach for _, spot in scene.spots]
-        _, until, _, size, _ = start.scalars
+        size = size_of(scene)
         mass = sum(b.mass for b in scene.bodies)
-        scalars = [scene.turn or 0.0, until, self._frequency(scene), size, mass]
+        scalars = [scene.turn or 0.0, self._frequency(scene, size), size, mass]
         leaves = [v for _, v in leaves_of(scene.description()) if isinstance(v, float)]
         row = [*numbers, *start.state, *start.work, *sizes, *reach, *scalars, *leaves]
         count = len(next(iter(columns.values())))
         return np.column_stack([np.broadcast_to(values_of(number), count) for number in row])
 
-    def _frequency(self, scene: Scene) -> float | np.ndarray:
+    def _frequency(self, scene: Scene, size: float) -> np.ndarray:
         """Typical angular frequencies, see Mechanism.frequency: motions of the start are those of
         the drive's speed.
         """
-        mechanism, faster = self.run.mechanism, 1.0
+        mechanism, faster, size = self.run.mechanism, 1.0, values_of(size)
         start, drives = mechanism.start, mechanism.scene.drives
         if len(drives) == 1 and drives[0].speed:
             faster = abs(values_of(scene.drives[0].speed) / drives[0].speed)
         rates = [abs(v[2]) for v in start.velocity.values()]
-        rates += [abs(v[0]) / start.size for v in start.velocity.values()]
+        rates += [abs(v[0]) / size for v in start.velocity.values()]
         rates += [abs(d.nominal) for d in drives if d.nominal]
-        gravity = math.sqrt(math.hypot(*mechanism.scene.gravity) / start.size)
-        return np.maximum(max(rates, default=0.0) * faster, gravity)
+        gravity = np.sqrt(math.hypot(*mechanism.scene.gravity) / size)
+        return np.maximum(reduce(np.maximum, rates, 0.0) * faster, gravity)
 
     def _scan(self, name: str) -> np.ndarray:
         """Starts at all values of one parameter."""
@@ -242,14 +262,20 @@ class PointNumbers:
         k = PARTS.index(part)
         begin, end = sum(self.sizes[:k]), sum(self.sizes[: k + 1])
         places = [*self.formed.tolist(), *(j for p, _ in self.following.values() for j in p)]
+        places += self.solved.tolist()
         return sorted(j - begin for j in places if begin <= j < end)
+
+    @property
+    def paths(self) -> list[tuple]:
+        """Those numbers of the scene's description that are not the same everywhere."""
+        described = leaves_of(self.run.mechanism.scene.description())
+        leaves = [path for path, v in described if type(v) is float]
+        return [leaves[i] for i in self.varying("leaves")]
 
     @property
     def moves(self) -> bool:
         """True where ideal motions differ in more than the speed of one drive."""
-        scene = self.run.mechanism.scene
-        leaves = [path for path, v in leaves_of(scene.description()) if type(v) is float]
-        places = [leaves[i] for i in self.varying("leaves")]
+        scene, places = self.run.mechanism.scene, self.paths
         speeds = [p for p in places if p[0] == "loads" and p[-1] == "speed"]
         return any(map(moves, places)) or bool(speeds) and len(scene.drives) > 1
 
@@ -264,17 +290,41 @@ class PointNumbers:
             rows[:, self.formed] = self._formed(columns)[:, self.formed]
         for name, (places, table) in self.following.items():
             rows[:, places] = table[np.searchsorted(self.values[name], columns[name])]
+        if self.solved.size:
+            rows[:, self.solved] = self._prepared(columns)[:, self.solved]
         return rows
+
+    def _prepared(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+        """Starts of points as they are prepared one by one, those of the last points once; where
+        none can be, not numbers.
+        """
+        before, rows = self.latest
+        same = before.keys() == columns.keys()
+        if not same or any(not np.array_equal(before[n], v) for n, v in columns.items()):
+            points = zip(*(column.tolist() for column in columns.values()), strict=True)
+            rows = np.array([self._start(dict(zip(columns, p, strict=True))) for p in points])
+            self.latest = columns, rows
+        return rows
+
+    def _start(self, values: dict) -> np.ndarray:
+        try:
+            return self._row(values)
+        except NotForLanes:  # the ordinary way gives the reason
+            return np.full_like(self.fixed, np.nan)
 
     def starts(self, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Parts of the starts of points, (points, numbers) each."""
-        return dict(
-            zip(
-                PARTS,
-                np.split(self.vectors(columns), np.cumsum(self.sizes)[:-1], axis=1),
-                strict=True,
-            )
-        )
+        return self.parts(self.vectors(columns))
+
+    def parts(self, vectors: np.ndarray) -> dict[str, np.ndarray]:
+        """Parts of starts by name, their numbers along the last axis."""
+        ends = np.cumsum(self.sizes)[:-1]
+        return dict(zip(PARTS, np.split(vectors, ends, axis=-1), strict=True))
+
+
+def _is_place(path: tuple, value: object) -> bool:
+    """True for the name of a point that has its coordinates for one."""
+    return path[-1] == "point" and str(value).startswith("(")
 
 
 def _follows(parameter: np.ndarray, values: np.ndarray) -> bool:

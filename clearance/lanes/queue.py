@@ -172,15 +172,14 @@ def layout(*, width: int, quantities: int, contacts: int) -> np.dtype:
 #: pieces: addresses; at: places of ROWS; rows: (rows, W); sides: rows beside each lane, for places
 #: of its run (W, rows, W); data: tables; blank: rows of a lane before its point; where, points:
 #: rows that a point sets, and its numbers (points, rows); common: rows that all places of a run
-#: share;
-#: spans: columns BEGIN to TURN; given: (numbers, samples) of each sample; waiting: places of the
-#: points; gathered: rows stored; energies: places in the state, stored at the end of each turn
-#: in ledgers (points, turns, energies); extremes: (points, turns, quantities); totals: (points,
-#: turns, reductions), those over steps since the window's begin; results: (points, gathered +
-#: 3) with status, steps and rejected ones; tracks: (points, outputs, samples); means: 2 for a sum
-#: over steps, 3 for the time of a flag, 1 for a sum over samples, 0 for a largest value; inner: 1
-#: for a quantity that is searched for inside steps. Of each contact: spots, its place among all;
-#: kinds; bands: dead band [m]
+#: share; spans: columns BEGIN to TURN; given: of each sample (points or 1, numbers, samples);
+#: waiting: places of the points; gathered: rows stored; energies: places in the state, stored at
+#: the end of each turn in ledgers (points, turns, energies); extremes: (points, turns, quantities);
+#: totals: (points, turns, reductions), those over steps since the window's begin; results: (points,
+#: gathered + 3) with status, steps and rejected ones; tracks: (points, outputs, samples); means: 2
+#: for a sum over steps, 3 for the time of a flag, 1 for a sum over samples, 0 for a largest value;
+#: inner: 1 for a quantity that is searched for inside steps. Of each contact: spots, its place
+#: among all; kinds; bands: dead band [m]
 CUBE = types.float64[:, :, ::1]
 ARRAYS = {
     "pieces": INTEGERS,
@@ -193,7 +192,7 @@ ARRAYS = {
     "points": MATRIX,
     "common": INTEGERS,
     "spans": MATRIX,
-    "given": MATRIX,
+    "given": CUBE,
     "waiting": INTEGERS,
     "gathered": INTEGERS,
     "energies": INTEGERS,
@@ -353,7 +352,7 @@ def draw(s, lane):
         side[s.at[SAMPLE_THETA], k] = side[s.at[SAMPLE_THETA], 0]
         for i in range(s.held):
             side[s.at[SAMPLE_STEP] + i, k] = side[s.at[SAMPLE_STEP] + i, 0]
-        for i in range(s.given.shape[0]):
+        for i in range(s.given.shape[1]):
             side[s.at[GIVEN] + i, k] = side[s.at[GIVEN] + i, 0]
     call(s, CALL_SAMPLE, side)
     for i in range(s.tracks.shape[1]):
@@ -369,8 +368,9 @@ def hold(s, lane, time, theta, share, index):
     copy_step(s, HOLD, lane, column)
     side[s.at[SAMPLE_THETA], column], side[s.at[SAMPLE_TIME], column] = theta, time
     side[s.at[SHARE], column] = share
-    for i in range(s.given.shape[0]):
-        side[s.at[GIVEN] + i, column] = s.given[i, index]
+    of = min(int(s.progress[lane, POINT]), s.given.shape[0] - 1)
+    for i in range(s.given.shape[1]):
+        side[s.at[GIVEN] + i, column] = s.given[of, i, index]
     s.drawn[lane, column] = index
     s.progress[lane, DRAWN] = column + 1.0
     if column + 1 == side.shape[1]:

@@ -41,7 +41,7 @@ NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
 LARGER = 1.15  # factor of the estimate, with which metrics are as accurate as the ordinary way's
 SPARED = 0.9  # `shortened` below which a step may be: after four in a row, the fifth is not
 # of the place where contact sets in; share of a step that is its end; step over what ends there
-HALVINGS, TANGENTS, NEAR, BEHIND = 6, 2, 0.01, 1.005
+HALVINGS, TANGENTS, NEAR, BEHIND = 6, 2, 0.01, 1.001
 AHEAD = 0.8  # share of the step where the Jacobian is taken: fewest iterations over 0.3 to 1
 
 

@@ -25,6 +25,7 @@ from clearance.scene.scene import Scene, counterparts
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import evaluated
 from clearance.values.algebra import least_squares, product, solutions
+from clearance.values.columns import chosen, each
 
 CLOSURE = 1e-12  # largest closing error accepted, relative to the mechanism's size
 RANK = 1e-9  # singular values below this share of the largest count as zero
@@ -159,9 +160,8 @@ class _System:
         self.drives = scene.drives
         self.start: dict[Element, float] = {}
         self.held: list[_Row] = []
-        points = _points(scene)
-        self.size = _size(scene, points)
-        self.farthest = max(self.size, _farthest(scene, points))
+        self.size = size_of(scene)
+        self.farthest = max(self.size, _farthest(scene))
 
     # --- position
     def given(self) -> tuple:
@@ -547,24 +547,29 @@ def _points(scene: Scene) -> list[Point]:
     return [p for p in ends if hasattr(p, "x")]
 
 
-def _size(scene: Scene, points: Collection[Point]) -> float:
-    """A length of the mechanism, which does not depend on the world's origin.
+def size_of(scene: Scene) -> float:
+    """A length of the mechanism, which does not depend on the world's origin; of a scene of columns
+    a column.
 
     Of bodies it is the farthest point from the centre of mass, of the ground that from the point in
     its middle. Where these are zero, it is the largest radius of gyration.
     """
+    points = _points(scene)
     reach = [
-        math.hypot(p.x - p.body.com[0], p.y - p.body.com[1]) for p in points if p.body is not ground
+        each(math.hypot, p.x - p.body.com[0], p.y - p.body.com[1])
+        for p in points
+        if p.body is not ground
     ]
-    fixed = [(p.x, p.y) for p in points if p.body is ground]
-    reach += [min((max(math.dist(p, q) for q in fixed) for p in fixed), default=0.0)]
+    fixed = [p for p in points if p.body is ground]
+    apart = ([each(math.hypot, p.x - q.x, p.y - q.y) for q in fixed] for p in fixed)
+    reach += [chosen(min, [chosen(max, ways) for ways in apart])]
     reach += [spot.reach for _, spot in scene.spots]
-    gyration = (math.sqrt(b.inertia / b.mass) for b in scene.bodies if b.inertia and b.mass)
-    return max(reach) or max(gyration, default=1.0)
+    ratios = (b.inertia / b.mass for b in scene.bodies if b.inertia and b.mass)
+    return chosen(max, reach) or chosen(max, [each(math.sqrt, r) for r in ratios], 1.0)
 
 
-def _farthest(scene: Scene, points: Collection[Point]) -> float:
+def _farthest(scene: Scene) -> float:
     """The farthest given place from the world's origin: places are rounded by it."""
-    fixed = [(p.x, p.y) for p in points if p.body is ground]
+    fixed = [(p.x, p.y) for p in _points(scene) if p.body is ground]
     placed = [b.position for b in scene.bodies if b.position is not None]
     return max((math.hypot(*pair) for pair in fixed + placed), default=0.0)

@@ -23,11 +23,11 @@ def ideal_motion(scene: Scene, span: Span, described: dict) -> dict | None:
     Where one drive at constant speed moves everything the motion is that at unit speed, stretched:
     it is worked out once for all speeds.
     """
-    motion, rate = _unit_motion(scene, span, described), _rate_of(described)
+    motion, rate = _unit_motion(scene, span, described), rate_of(described)
     return motion and {body: (x, a * rate**2) for body, (x, a) in motion.items()}
 
 
-def _rate_of(described: dict) -> float:
+def rate_of(described: dict) -> float:
     """Speed of the one drive at constant speed that moves a scene [rad/s or m/s]; 1 where it is not
     so.
     """
@@ -44,7 +44,7 @@ def _unit_motion(scene: Scene, span: Span, described: dict) -> dict | None:
         return None
     drives = scene.drives
     steady = len(drives) == 1 and bool(drives[0].speed)
-    rate = _rate_of(described)
+    rate = rate_of(described)
     # of the same turns at another speed only rounding differs: no run may depend on which was first
     angle = float(f"{span.until * rate:.14g}")
     key = (_kinematics(described, steady), angle, span.samples)
@@ -92,7 +92,7 @@ def moves(path: tuple) -> bool:
     )
 
 
-def _moving(scene: Scene, rate: float) -> Scene:
+def moving(scene: Scene, rate: float) -> Scene:
     """Ideal joints and the drives of the scene, these so many times slower, with what they need."""
     ideal = idealised(scene)
     slower = [dataclasses.replace(d, speed=d.speed / rate) if d.speed else d for d in ideal.drives]
@@ -106,7 +106,7 @@ def _moving(scene: Scene, rate: float) -> Scene:
 
 def _motion(scene: Scene, rate: float, span: Span, slides: dict) -> dict | None:
     try:
-        mechanism = build(_moving(scene, rate), ledger=False)
+        mechanism = build(moving(scene, rate), ledger=False)
     except ValueError:  # ideal joints do not fit together
         return None
     if mechanism.size:

@@ -19,9 +19,10 @@ from clearance.accuracy.companion import companion_rtol, film_factor
 from clearance.accuracy.request import LOST
 from clearance.film.lookup import Tabulated
 from clearance.lanes.code import chosen_width, natural_width, off
-from clearance.lanes.group import FILMS, Answers, Group, Points
+from clearance.lanes.group import FILMS, Answers, Group, Points, with_derived
+from clearance.lanes.ideal_lanes import IdealMotions
 from clearance.lanes.lane_metrics import LaneMetrics
-from clearance.lanes.point_numbers import NotForLanes, PointNumbers
+from clearance.lanes.point_numbers import SCALARS, NotForLanes, PointNumbers
 from clearance.lanes.possible import possible
 from clearance.mechanism.build import acceleration_of, tables_of
 from clearance.run.options import Span, longest_step
@@ -33,13 +34,16 @@ from clearance.stepping import status
 from clearance.sweeping.definition import FEWEST, Definition
 from clearance.sweeping.journal import DONE, Outcome, Ways
 from clearance.sweeping.requested import Ladder, Reached
+from clearance.values.columns import Column
 from clearance.values.spots import BLENDED
 
 EXACT = 1e-12  # share within which numbers of the starts are the same
 SAME = 1e-9  # the same of natural sizes that come of a kernel
 TOGETHER = 128  # points of a block, at least where memory allows
 STEPS = 500_000  # of a block, about: a second
+LONG = 5000  # steps of a run beside which the time to prepare it, by one process, is short
 FAR_MORE = 100  # times the steps of the first point, after which one runs the ordinary way
+COMPARED = 4  # points whose ideal motions are worked out the ordinary way too
 TRACKED = 2**24  # numbers of a block's turns and samples that are stored at a time
 #: options of runs that lanes have
 OPTIONS = {"turns", "until", "rtol", "method", "samples_per_turn", "samples", "energy", "max_steps"}
@@ -72,23 +76,30 @@ class Together:
         self.count = len(next(iter(columns.values())))
         self.first = middle_of(columns)
         first = {name: column[self.first].item() for name, column in columns.items()}
-        tried: list[tuple[dict, Run]] = []
+        trials: dict[tuple, tuple[dict, Run]] = {}
+
+        def alone(values: dict) -> Run:
+            return prepare(scene(values), **options)
 
         def prepared(values: dict) -> Run:
-            run = prepare(scene(values), **options)
-            tried.append((values, run))
-            return run
+            key = tuple(values.items())
+            if key not in trials:
+                trials[key] = values, alone(values)
+            return trials[key][1]
 
         run = prepare(scene(first), **options)
         if reason := lanes.impossible(run.mechanism, run.method.current):
             raise NotForLanes(reason)
         self.summing = LaneMetrics(run, settle, error)
         self.spread = self._spread(prepared, first)
+        self.spread.prepared = alone  # from now on
+        tried = list(trials.values())
         films = [list(map(id, run.mechanism.sources.values())) for _, run in tried]
         self.several = any(tables != films[0] for tables in films)
-        if self.summing.ideal and (self.spread.moves or run.mechanism.scene.turn is None):
-            raise NotForLanes("the ideal motion depends on what is swept")
-        if (run.mechanism.scene.turn is None) == ("turns" in options):
+        moves = self.spread.moves or run.mechanism.scene.turn is None
+        self.ideal = self._ideal() if self.summing.ideal and moves else None
+        turning = SCALARS.index("turn") in self.spread.varying("scalars")
+        if turning and "turns" not in options:
             raise NotForLanes("a drive turns, but their length is not in turns")
         #: warnings of a scene; not a number where points differ in them
         self.doubts = _alike({len(run.mechanism.scene.doubts) for _, run in tried})
@@ -114,10 +125,22 @@ class Together:
 
         Steps follow the last bits of a start, and bits within a share would depend on `first`.
         """
+        about = self.scene_of, prepared, self.columns
         try:
-            return PointNumbers(self.scene_of, prepared, self.columns, 0.0, first)
+            return PointNumbers(*about, 0.0, first)
         except NotForLanes:
-            return PointNumbers(self.scene_of, prepared, self.columns, EXACT, first)
+            try:
+                return PointNumbers(*about, EXACT, first)
+            except NotForLanes:
+                if self.summing.steps < LONG:
+                    raise
+                return PointNumbers(*about, EXACT, first, alone=True)
+
+    def _ideal(self) -> IdealMotions:
+        """Ideal motions of points that differ in lengths."""
+        if any(path[0] == "joints" and path[2] in ("axis", "angle") for path in self.spread.paths):
+            raise NotForLanes("the direction of a guide is swept")
+        return IdealMotions(self.spread.run.mechanism.scene, self.spread.run.span.samples)
 
     # --- numbers of points
     def points(
@@ -128,12 +151,13 @@ class Together:
     ) -> Points:
         """Numbers of points, from their swept numbers; rtol, tables: where they have others."""
         mechanism, start = self.mechanism, self.spread.starts(columns)
-        turn, until, frequency, size, _ = start["scalars"].T
+        turn, frequency, size, _ = start["scalars"].T
         turns = self.mechanism.scene.turn is not None
-        until = self.options["turns"] * turn if turns else until
+        until = self.options["turns"] * turn if "turns" in self.options else self.run.span.until
+        until = np.broadcast_to(until, turn.shape)
         scale, reach, p = self._scales(start), start["reach"].T, self.group.shape.coordinates
         pull = acceleration_of(size, frequency, mechanism.scene.gravity)
-        shape, parameters = self.group.shape, self._parameters(start["numbers"].T)
+        shape, parameters = self.group.shape, with_derived(mechanism, start["numbers"].T)
         films = {
             "clearance": reach[[i for _, i in shape.films]],
             "pull": np.tile(pull, (len(shape.films), 1)),
@@ -156,10 +180,18 @@ class Together:
             frequency=frequency,
             own=self._faster(parameters)[None] ** 2,
             tables=self._tables(columns) if self.several and tables is None else tables,
+            given=self._given(columns, until),
             rtol=rtol,
         )
         self._film_rates(points, pull)
         return points
+
+    def _given(self, columns: dict[str, np.ndarray], until: np.ndarray) -> np.ndarray | None:
+        """Ideal motions of points, where they differ: (points, numbers, samples)."""
+        if self.ideal is None:
+            return None
+        scene = self.scene_of({name: Column(values) for name, values in columns.items()})
+        return self.ideal.along(scene, until)
 
     def _work(self, work: np.ndarray, reach: np.ndarray, frequency: np.ndarray) -> np.ndarray:
         """Work vectors, see Mechanism.blend, and one more number: (numbers, points)."""
@@ -210,21 +242,10 @@ class Together:
             return np.ones(par.shape[1])
         return self.summing.number(par, drives[0], "speed") / drives[0].speed
 
-    def _parameters(self, numbers: np.ndarray) -> np.ndarray:
-        """Parameters, those derived from them with them: (parameters, points)."""
-        derived = np.zeros((self.mechanism.layout.derived, numbers.shape[1]))
-        par, derive = np.concatenate([numbers, derived]), self.mechanism.structure.derive
-        with np.errstate(all="ignore"):
-            try:
-                rows = derive([*par])
-            except ValueError:  # a formula with cases takes points one by one
-                return np.array([derive(column.tolist()) for column in par.T], dtype=float).T
-        return np.array([np.broadcast_to(np.asarray(row, float), par.shape[1:]) for row in rows])
-
     def _scales(self, start: dict[str, np.ndarray]) -> np.ndarray:
         """Natural sizes of the states, see Mechanism.scale: (states, points)."""
         sizes, p = start["sizes"].T, self.group.shape.coordinates
-        return np.concatenate([sizes[:p], sizes[:p] * start["scalars"].T[2], sizes[p:]])
+        return np.concatenate([sizes[:p], sizes[:p] * start["scalars"].T[1], sizes[p:]])
 
     def _film_rates(self, points: Points, pull: np.ndarray) -> None:
         """Natural rates of films, see Run._scale_film_rates; pull: typical accelerations."""
@@ -251,6 +272,9 @@ class Together:
         head, n = len(points.par), self.group.shape.states
         tables = points.tables if self.several else [self.mechanism.par[head:]] * len(tried)
         films = [i for _, i in self.group.shape.films]
+        rounded, least = self.spread.parts(self.spread.rounded), np.zeros(head)
+        least[: rounded["numbers"].size] = rounded["numbers"]
+        least_of = {"parameters": least, "start": rounded["state"]}
         for index, (_, run) in enumerate(tried):
             state = run.state
             pairs = {
@@ -268,14 +292,18 @@ class Together:
             }
             for text, (a, b) in pairs.items():
                 a, b = np.asarray(a), np.asarray(b)
-                if a.shape != b.shape or (np.abs(a - b) > SAME * np.abs(a)).any():
+                sizes = np.maximum(np.abs(a), least_of.get(text, 0.0))
+                if a.shape != b.shape or (np.abs(a - b) > SAME * sizes).any():
                     raise NotForLanes(f"the {text} of its points do not follow from its parameters")
+        for index in range(0, len(tried), -(-len(tried) // COMPARED)) if self.ideal else ():
+            self.ideal.compare(tried[index][1], points.given[index])
 
     # --- results
     @property
     def block(self) -> int:
         """Number of points that are run at a time."""
-        room = max(TRACKED // max(self.summing.kept, 1), 1)
+        given = self.summing.given.size if self.ideal else 0
+        room = max(TRACKED // max(self.summing.kept + given, 1), 1)
         return min(room, max(STEPS // self.summing.steps, TOGETHER))
 
     def answers(self, points: Points, threads: int) -> Answers:

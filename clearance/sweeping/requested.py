@@ -202,12 +202,11 @@ class Ladder:
 
 def points_at(points: Points, rows: np.ndarray) -> Points:
     """Numbers of some of the points."""
-    tables, films = points.tables, {n: v[:, rows] for n, v in points.films.items()}
-    several = tables is not None and tables.ndim == 2
+    films, several = {n: v[:, rows] for n, v in points.films.items()}, ("tables", "given")
     vectors = {n: v for n, v in vars(points).items() if isinstance(v, np.ndarray)}
-    rest = {n: v[..., rows] for n, v in vectors.items() if n != "tables"}
-    rest |= {"tables": tables[rows] if several else tables}
-    return replace(points, **rest, films=films)
+    rest = {n: v[..., rows] for n, v in vectors.items() if n not in several}
+    first = {n: vectors[n] for n in several if n in vectors and vectors[n].ndim > 1}
+    return replace(points, **rest, **{n: v[rows] for n, v in first.items()}, films=films)
 
 
 def answers_at(answers: Answers, rows: np.ndarray) -> Answers:

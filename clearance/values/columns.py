@@ -7,7 +7,7 @@ compared with some scenes made one by one.
 """
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from numbers import Real
 from typing import TYPE_CHECKING
 
@@ -28,6 +28,12 @@ def each(function: Callable, *numbers: float) -> float:
     """A function of numbers; of columns a column, each value as Python works it out."""
     column = next((number for number in numbers if isinstance(number, Column)), None)
     return function(*numbers) if column is None else column.each(function, numbers)
+
+
+def chosen(choice: Callable, numbers: Iterable[float], default: float = 0.0) -> float:
+    """The largest (`max`) or least (`min`) of numbers; of columns a column, value by value."""
+    numbers = list(numbers)
+    return each(choice, *numbers) if len(numbers) > 1 else next(iter(numbers), default)
 
 
 def _arithmetic(function: Callable, turned: bool = False) -> Callable:
