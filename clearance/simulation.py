@@ -181,7 +181,7 @@ def simulate(
                 result = answer(run, output, request, settle, progress, extra)
             else:
                 result = write(run, output, progress, error, settle, extra=extra)
-            warn(result.warnings)
+            warn(result.warnings if request else run.warnings)
             return result
         except SimulationError as failed:  # not `error`: it is needed again
             again, reason = reopened(run, prepared, str(failed))
@@ -458,7 +458,7 @@ def _sink(run: Run, output: Output, reason: str, remembering: bool) -> "Sink":
     """
     channels, compression = output.channels, output.compression
     outputs = run.mechanism.layout.channels
-    attributes = attributes_of(run) | ({"errors_left_out": reason} if reason else {})
+    attributes = attributes_of(run, **({"errors_left_out": reason} if reason else {}))
     path, numbers = output.path, run.span.samples * len(outputs)
     if path is None and not _in_memory(output, numbers):
         path = temporary_file()

@@ -4,6 +4,8 @@ stranger's. Such settings name programs, and have LaTeX read the names that a fi
 
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 OF_THE_USER = "matplotlib" in sys.modules  # a program that imports it has settings of its own
@@ -65,6 +67,54 @@ def _measured_once(axes):
     return box
 
 
+#: methods of an axis that its `_Ticks` takes over, where matplotlib has them
+OF_TICKS = ("_update_ticks", "_get_ticklabel_bboxes")
+
+
+class _Ticks:
+    """Ticks of one axis, and the boxes of their labels, which matplotlib lays out nine times a
+    picture. Here it does so where the ends of the axis or its place have changed.
+    """
+
+    def __init__(self, axis):
+        self.lay, self.measure = axis._update_ticks, axis._get_ticklabel_bboxes
+        self.axis, self.where, self.laid, self.boxes = axis, None, [], None
+
+    def ticks(self) -> list:
+        """Those that are drawn."""
+        axis = self.axis
+        where = *axis.get_view_interval(), *axis.axes.bbox.extents
+        if where != self.where:
+            self.where, self.laid, self.boxes = where, self.lay(), None
+        return self.laid
+
+    def around(self, ticks: list, renderer=None) -> tuple[list, list]:
+        """Boxes of the labels of ticks."""
+        if ticks is not self.laid:
+            return self.measure(ticks, renderer)
+        if self.boxes is None:
+            self.boxes = self.measure(ticks, renderer)
+        return self.boxes
+
+
+@contextmanager
+def _ticks_laid_once(figure: Figure) -> Iterator[None]:
+    """Lay out ticks of linear and logarithmic axes once for each place of their axes."""
+    sides = [side for axes in figure.axes for side in (axes.xaxis, axes.yaxis)]
+    sides = [
+        s for s in sides if hasattr(s, "_update_ticks") and hasattr(s, "_get_ticklabel_bboxes")
+    ]
+    try:
+        for side in sides:
+            laid = _Ticks(side)
+            side._update_ticks, side._get_ticklabel_bboxes = laid.ticks, laid.around
+        yield
+    finally:
+        for side in sides:
+            for name in OF_TICKS:
+                vars(side).pop(name, None)
+
+
 class Sheet(Figure):
     """A figure whose texts are drawn by matplotlib itself, never by LaTeX.
 
@@ -76,7 +126,7 @@ class Sheet(Figure):
     def draw(self, renderer):
         for text in self.findobj(Text) if self.latex or _latex() else ():  # takes a while
             text.set_usetex(False)
-        with matplotlib.rc_context({"text.usetex": False}):
+        with matplotlib.rc_context({"text.usetex": False}), _ticks_laid_once(self):
             super().draw(renderer)
 
 

@@ -28,5 +28,5 @@ def standing(run: Run) -> MemoryRecord:
             rows[:, layout.output[path]] = times / turn
     sink, none = Memory(layout.channels, attributes_of(run)), np.zeros(0)
     sink.rows(times, rows)
-    sink.close("complete", {}, [], {}, Ranges(none, none, None))
+    sink.close("complete", {}, [], {}, Ranges(lambda: (none, none, None, None)))
     return sink.record

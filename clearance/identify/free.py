@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import qmc
 
 from clearance.accuracy.by_differences import WIDTH
 from clearance.files.locks import replacing
@@ -24,6 +23,7 @@ from clearance.scene.parameter import varied
 from clearance.scene.scene import Scene
 from clearance.simulation import prepare
 from clearance.values import checks
+from clearance.values.even_points import sobol
 from clearance.values.units import quantity
 
 #: two bounds in SI or with units, or "LOW:HIGH"
@@ -109,7 +109,8 @@ class Varying:
 
     def spread(self, count: int, seed: int, box: Sequence[np.ndarray] = ()) -> np.ndarray:
         """Sobol' points between the bounds, or those of a box, (count, parameters)."""
-        shares = qmc.Sobol(len(self.free), seed=seed).random_base2(math.ceil(math.log2(count)))
+        n, random = 2 ** math.ceil(math.log2(count)), np.random.default_rng(seed)
+        shares = sobol(n, len(self.free), random)
         low, high = box or self.ends.T
         return low + shares[:count] * (high - low)
 

@@ -1,7 +1,6 @@
 """Runs of one structure in lanes: their numbers in arrays, their results in arrays."""
 
 import math
-import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -227,19 +226,12 @@ class Group:
             blank[list(rows.places(name))] = number
         return blank
 
-    def run(self, points: Points, threads: int = 1, limit: int | None = None) -> Answers:
-        """Run all points, some of them in each thread; Python's lock is released."""
-        count = len(points.until)
+    def run(self, points: Points, limit: int | None = None) -> Answers:
+        """Run all points; Python's lock is released."""
         arrays = self.arrays(points)
-        parts = [np.arange(part, count, threads) for part in range(min(threads, count))]
-        drivers = [Driver(self, arrays, part, limit) for part in parts]
-        others = [threading.Thread(target=driver.run) for driver in drivers[1:]]
-        for thread in others:
-            thread.start()
-        drivers[0].run()
-        for thread in others:
-            thread.join()
-        return self.answers(arrays, drivers)
+        driver = Driver(self, arrays, np.arange(len(points.until)), limit)
+        driver.run()
+        return self.answers(arrays, [driver])
 
     def arrays(self, points: Points) -> dict[str, np.ndarray]:
         """Arrays that all drivers of some points share: numbers, and room for the answers."""

@@ -8,6 +8,7 @@ metrics, and runs that do not end with a complete turn, are `NotForLanes`.
 import math
 from functools import cached_property, partial
 from itertools import chain
+from threading import Lock
 
 import numpy as np
 
@@ -57,6 +58,8 @@ from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
 from clearance.stepping import status
 from clearance.values.spelling import alike
+
+HOLES = Lock()  # held while the check of a joint is compiled
 
 
 class Wanted(Reductions, Turns):
@@ -574,8 +577,9 @@ class LaneMetrics:
         if not near.any():
             return met
 
-        if joint not in self.holes:
-            self.holes[joint] = ForceHoles(joint)
+        with HOLES:  # one thread compiles it
+            if joint not in self.holes:
+                self.holes[joint] = ForceHoles(joint)
         number = partial(self.number, points.par[:, near], joint)
         asked = points.frequency[near], force[near], ratio[near]
         met[near] = self.holes[joint].met(number, data, *asked)

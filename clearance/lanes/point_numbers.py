@@ -243,15 +243,18 @@ class PointNumbers:
         """Typical angular frequencies, see Mechanism.frequency: motions of the start are those of
         the drive's speed.
         """
-        mechanism, faster, size = self.run.mechanism, 1.0, values_of(size)
+        mechanism, size = self.run.mechanism, values_of(size)
         start, drives = mechanism.start, mechanism.scene.drives
-        if len(drives) == 1 and drives[0].speed:
-            faster = abs(values_of(scene.drives[0].speed) / drives[0].speed)
         rates = [abs(v[2]) for v in start.velocity.values()]
         rates += [abs(v[0]) / size for v in start.velocity.values()]
         rates += [abs(d.nominal) for d in drives if d.nominal]
+        fastest = reduce(np.maximum, rates, 0.0)
+        if len(drives) == 1 and drives[0].speed:
+            before, speed = abs(drives[0].speed), np.abs(values_of(scene.drives[0].speed))
+            # bit for bit where nothing is faster than the driven body
+            fastest = np.where(fastest == before, speed, fastest * (speed / before))
         gravity = np.sqrt(math.hypot(*mechanism.scene.gravity) / size)
-        return np.maximum(reduce(np.maximum, rates, 0.0) * faster, gravity)
+        return np.maximum(fastest, gravity)
 
     def _scan(self, name: str) -> np.ndarray:
         """Starts at all values of one parameter."""

@@ -6,6 +6,7 @@ mention.
 """
 
 import sys
+from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 
@@ -164,6 +165,25 @@ def packed(record: Record, values) -> np.ndarray:
         else:
             words[place] = value
     return words
+
+
+def mover(record: Record, values) -> Callable:
+    """A function that gives the words of a record as `packed` does, in a fraction of the time.
+
+    Its argument has the functions of `values`, and arrays of the same dimensions at other places.
+    """
+    memory = values.memory
+    _, inside, others = _template(record, memory.dtype)
+    words = packed(record, values) - inside * memory.ctypes.data
+    arrays = [(n, place) for n, place in others if isinstance(getattr(values, n), np.ndarray)]
+
+    def moved(values) -> np.ndarray:
+        new = words + inside * values.memory.ctypes.data
+        for name, place in arrays:
+            new[place] = getattr(values, name).ctypes.data
+        return new
+
+    return moved
 
 
 @cache

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Collection
-from copy import copy
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import zip_longest
@@ -69,8 +68,8 @@ class Mechanism:
 
     def copy(self) -> "Mechanism":
         """The same mechanism, with numbers that may change."""
-        same = copy(self)
-        same.par, same.y0, same.work0 = self.par.copy(), self.y0.copy(), self.work0.copy()
+        same, par = Mechanism.__new__(Mechanism), self.par.copy()
+        vars(same).update(vars(self), par=par, y0=self.y0.copy(), work0=self.work0.copy())
         return same
 
     def kernel(self, role: str) -> Callable:

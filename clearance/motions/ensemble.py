@@ -208,7 +208,8 @@ class _Latest(Observer):
             labels = run.labels()
             sink.impacts([labels[int(j)] for j in going_on[:, 0]], going_on, "open_contact")
         none = np.zeros(0)
-        sink.close("complete", {}, [], {}, Ranges(none, none, run.extremes, run.integrals))
+        located = run.extremes, run.integrals
+        sink.close("complete", {}, [], {}, Ranges(lambda: (none, none, *located)))
         return sink.record
 
     def forget(self, time: float) -> None:

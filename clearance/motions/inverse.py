@@ -75,7 +75,7 @@ def _recorded(solver: Explicit, times, rows, failure, wall: float, path) -> Reco
         "wall_s": wall,
         "loop_s": solver.loop_s,
     }
-    writer.close(f"partial: {failure}" if failure else "complete", summary, [])
+    writer.close(f"partial: {failure}" if failure else "complete", [], summary)
     return sink.record if path is None else Result(path)
 
 

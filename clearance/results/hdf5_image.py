@@ -4,7 +4,7 @@ run in their places.
 A run has some two hundred attributes and ninety columns, and HDF5 takes a hundred times longer for
 them than their bytes take to be copied. Runs of one structure differ in numbers, texts and lengths
 of columns alone. `Image.of` learns from a file where these stand, `Image.filled` replaces them and
-the checksums over them.
+the checksums over them. The store keeps images, as it keeps kernels.
 
 The format: HDF5 File Format Specification 3.0, superblock version 2, object headers version 2,
 attributes in their headers (IV.A.2.m), global heap (III.E). Its checksums are those of the HDF5
@@ -12,18 +12,21 @@ library that is loaded: lookup3 for headers, Fletcher's for chunks of columns.
 """
 
 import ctypes
+import math
 import mmap
 import os
+import pickle
 import struct
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
 import h5py
 import numpy as np
 
+from clearance.files.sealed import digest_of_code
 from clearance.files.texts import CHECK
 
 SUPERBLOCK = 48  # bytes of the superblock of version 2, its checksum the last four
@@ -185,7 +188,7 @@ def _attribute(data: bytes | mmap.mmap, body: int) -> tuple[str, bool, int]:
 @dataclass(frozen=True)
 class Column:
     """Places of a column: its length, the checksum of its values (0: none), its chunks one after
-    another, and rows in each of them.
+    another, and rows in each of them, of so many values each.
 
     fixed: its bytes are packed, and the same in all files from this image.
     """
@@ -196,6 +199,7 @@ class Column:
     rows: int
     dtype: np.dtype
     fixed: bool
+    width: int = 1
 
 
 @dataclass(frozen=True)
@@ -289,6 +293,27 @@ class Image:
         for begin, end in self.blocks.tolist():
             struct.pack_into("<I", out, end, lookup(first + begin, end - begin, 0))
 
+    def packed(self) -> bytes:
+        """The image in few bytes: without the values of its columns, which `filled` replaces."""
+        data = bytearray(self.data)
+        for column in self.columns.values():
+            room = 0 if column.fixed else column.rows * column.dtype.itemsize * column.width
+            for address in column.chunks:
+                data[address : address + room] = bytes(room)
+        return zlib.compress(pickle.dumps(replace(self, data=bytes(data))), 1)
+
+    @classmethod
+    def unpacked(cls, data: bytes) -> "Image":
+        """The image that `packed` gave these bytes for."""
+        return pickle.loads(zlib.decompress(data))
+
+
+@cache
+def made_from() -> str:
+    """Versions and the digest of our sources, which files are made from."""
+    sources = digest_of_code(*sorted(Path(__file__).parent.glob("*.py")))
+    return " ".join([h5py.version.version, h5py.version.hdf5_version, np.__version__, sources])
+
 
 def _without(data: bytes, references: bytes) -> bytes:
     """Data with zeros in place of some texts: no file from an image has those of another run."""
@@ -324,7 +349,8 @@ def _column(data: h5py.Dataset, head: Header) -> Column:
     fixed = data.compression is not None
     if not fixed and not (data.fletcher32 or not chunks):
         raise Unknown(f"{data.name} has no checksum")
-    return Column(head.extent, check, places, data.chunks[0], data.dtype, fixed)
+    width = math.prod(data.chunks[1:])
+    return Column(head.extent, check, places, data.chunks[0], data.dtype, fixed, width)
 
 
 class _Texts:

@@ -511,7 +511,7 @@ class MemoryReader(Reader):
 
     def __init__(
         self,
-        ready: "Attributes",
+        ready: "Mapping[str, Mapping]",
         content: "Callable[[], tuple[Columns, Attributes]]",
         path: Path | None = None,
     ):

@@ -12,14 +12,13 @@ them.
 import math
 import tempfile
 import weakref
-from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache, cached_property, lru_cache
 from typing import IO
 
 import numpy as np
 
-from clearance.elements.regimes import Regime, regime
+from clearance.elements.regimes import Regime
 from clearance.results.extremes import JOINT_EXTREMES, Extreme, Extremes, Integrals
 from clearance.results.record import Record
 
@@ -130,20 +129,60 @@ SOLVER_COLUMNS = {
 }
 
 
-@dataclass(frozen=True)
+class Later(Mapping):
+    """A mapping that is made where somebody looks into it; make: makes it."""
+
+    def __init__(self, make: Callable[[], Mapping]):
+        self._make: Callable[[], Mapping] | None = make
+
+    @cached_property
+    def _made(self) -> Mapping:
+        made, self._make = self._make(), None
+        return made
+
+    def __getitem__(self, key):
+        return self._made[key]
+
+    def __iter__(self):
+        return iter(self._made)
+
+    def __len__(self) -> int:
+        return len(self._made)
+
+    def __or__(self, other: Mapping) -> dict:
+        return {**self, **other}
+
+    def __ror__(self, other: Mapping) -> dict:
+        return {**other, **self}
+
+
 class Ranges:
     """Smallest and largest samples of all channels, (channels,), located extremes and integrals
     over time where steps were made.
+
+    make: makes low, high, extremes and integrals, where somebody looks at one of them.
     """
 
-    low: np.ndarray
-    high: np.ndarray
-    extremes: Extremes | None
-    integrals: Integrals | None = None
+    def __init__(self, make: Callable[[], tuple]):
+        self._make: Callable[[], tuple] | None = make
+
+    @cached_property
+    def _made(self) -> tuple:
+        made, self._make = self._make(), None
+        return made
+
+    @property
+    def extremes(self) -> Extremes | None:
+        return self._made[2]
+
+    @property
+    def integrals(self) -> Integrals | None:
+        return self._made[3]
 
     def of(self, channel: int) -> tuple[float, float]:
         """Smallest and largest sample of a channel."""
-        return self.low[channel], self.high[channel]
+        low, high, *_ = self._made
+        return low[channel], high[channel]
 
 
 class Memory:
@@ -151,7 +190,7 @@ class Memory:
 
     ended: tuple | None = None  # status, facts of the solver, warnings, facts of groups, ranges
 
-    def __init__(self, channels: list, attributes: dict, logs: bool = False):
+    def __init__(self, channels: list, attributes: Mapping, logs: bool = False):
         self.channels, self.attributes, self.logs = channels, attributes, logs
         self.pieces: list[tuple] = []
         self.samples = Samples(len(channels))
@@ -218,8 +257,9 @@ class MemoryRecord(Record):
     """A run in memory that has ended; reads like a `Result`."""
 
     def __init__(self, memory: Memory):
-        status, self.solver, self.warnings, self._facts, ranges = memory.ended
-        self.events, self.attributes = memory.contacts(), memory.attributes | {"status": status}
+        status, solver, self.warnings, self._facts, ranges = memory.ended
+        self.solver = dict(solver)
+        self.events, self.attributes = memory.contacts(), {**memory.attributes, "status": status}
         self._samples_taken = memory.samples
         self.located, self.integrals = ranges and ranges.extremes, ranges and ranges.integrals
         self._channels_by_path, self._groups = places_of(tuple(memory.channels))
@@ -312,6 +352,11 @@ class LedgerWatch:
         self.largest = max(self.largest, abs(float(energies[3])))
         self._begin(time, energies[3])
 
+    def take(self, times: np.ndarray, energies: np.ndarray) -> None:
+        """Append those of the rows that are finite."""
+        finite = np.isfinite(energies).all(axis=1)
+        self.add(times[finite], energies[finite])
+
     def add(self, times: np.ndarray, energies: np.ndarray) -> None:
         """Append rows of (kinetic energy, put in, taken out, residual) [J].
 
@@ -370,6 +415,35 @@ class LedgerWatch:
         return self._share(scale) if scale > 0.0 else 0.0
 
 
+class Summary:
+    """Ranges and sums of samples, and the energy turned over: for summaries without reading the
+    record.
+
+    kinetic: channel of the kinetic energy; work: channels of what is put in and taken out.
+    """
+
+    def __init__(self, width: int, kinetic: int | None, work: list[int]):
+        self.low, self.high = np.full(width, np.inf), np.full(width, -np.inf)
+        self.totals, self.rows, self.turned_over = np.zeros(width), 0, 0.0
+        self._kinetic, self._work = kinetic, work
+
+    def add(self, rows: np.ndarray, last: np.ndarray | None) -> None:
+        """Take in rows; last: the row before them, where there is one."""
+        self.low = np.minimum(self.low, rows.min(axis=0))
+        self.high = np.maximum(self.high, rows.max(axis=0))
+        self.totals, self.rows = self.totals + rows.sum(axis=0), self.rows + len(rows)
+        if self._kinetic is not None:
+            before = [] if last is None else [last[self._kinetic]]
+            energies = np.concatenate([before, rows[:, self._kinetic]])
+            self.turned_over += float(np.abs(np.diff(energies)).sum())
+
+    def energy_scale(self) -> float:
+        """The energy turned over so far: total variation of the kinetic energy, or what went in or
+        was taken out.
+        """
+        return max([self.turned_over, *(float(self.high[i] - self.low[i]) for i in self._work)])
+
+
 class Recorder:
     """Takes a run's output as it comes and hands it to a sink.
 
@@ -378,6 +452,9 @@ class Recorder:
     interpolation. Without steps there are only samples, and angles are made continuous from one to
     the next. floor: energy [J] below which the ledger means nothing. place: of each channel by its
     path, where the caller has it.
+
+    The first piece of samples, and that of steps, wait until somebody reads their sums. A short run
+    has no second one, and few read them.
     """
 
     def __init__(
@@ -388,7 +465,7 @@ class Recorder:
         floor: float = 0.0,
         place: dict[str, int] | None = None,
     ):
-        self.channels, self.sink, self.stepped = channels, sink, stepped
+        self.channels, self.sink, self.stepped, self.floor = channels, sink, stepped, floor
         self.place = place or {c.path: i for i, c in enumerate(channels)}
         self.balance, self.kinetic = (
             self.place.get("energy/residual"),
@@ -396,17 +473,38 @@ class Recorder:
         )
         self.last: tuple[float, np.ndarray] | None = None
         self.zero = 0.0
-        self.low, self.high = np.full(len(channels), np.inf), np.full(len(channels), -np.inf)
-        self.totals, self.rows = np.zeros(len(channels)), 0
         self.facts: dict[str, dict] = {}  # attributes of groups
-        self.turned_over = 0.0
-        self.ledger: LedgerWatch | None = None
         self.work = [
             self.place[p] for p in ("energy/input", "energy/dissipated") if p in self.place
         ]
-        if self.balance is not None:
-            self.ledger = LedgerWatch(floor)
-            self.energies = [self.kinetic, *self.work, self.balance]
+        self.energies = [] if self.balance is None else [self.kinetic, *self.work, self.balance]
+        # what summary and ledger have not taken in: rows; energies of the first, those of steps
+        self._first_rows: np.ndarray | None = None
+        self._waiting: list[tuple] = []
+
+    @cached_property
+    def _summary(self) -> Summary:
+        return Summary(len(self.channels), self.kinetic, self.work)
+
+    @property
+    def summary(self) -> Summary:
+        """Ranges and sums of the samples so far."""
+        if self._first_rows is not None:
+            rows, self._first_rows = self._first_rows, None
+            self._summary.add(rows, None)
+        return self._summary
+
+    @cached_property
+    def _ledger(self) -> LedgerWatch | None:
+        return None if self.balance is None else LedgerWatch(self.floor)
+
+    @property
+    def ledger(self) -> LedgerWatch | None:
+        """Watches the energy, where the run has a ledger."""
+        waiting, self._waiting = self._waiting, []
+        for take, *piece in waiting:
+            take(self._ledger, *piece)
+        return self._ledger
 
     @cached_property
     def angles(self) -> list[tuple[int, int]]:
@@ -426,27 +524,15 @@ class Recorder:
                 self.zero = rows[0, self.balance]
             rows[:, self.balance] -= self.zero
         self.sink.rows(times, rows)  # first: what it refuses is not part of the summary
-        self._summarise(rows)
-        if self.ledger and self.last is None:
-            self.ledger.start(times[0], rows[0, self.energies])
-        if self.ledger and not self.stepped:
+        if self.last is None:
+            self._first_rows = rows
+        else:
+            self.summary.add(rows, self.last[1])
+        if self.energies and self.last is None:
+            self._waiting.append((LedgerWatch.start, times[0], rows[0, self.energies]))
+        if self.energies and not self.stepped:
             self.ledger.add(times, rows[:, self.energies])
         self.last = (times[-1], rows[-1].copy())
-
-    def _summarise(self, rows: np.ndarray) -> None:
-        """Ranges and sums of all channels, energy turned over: for summaries without reading the
-        record.
-        """
-        self.low, self.high = (
-            np.minimum(self.low, rows.min(axis=0)),
-            np.maximum(self.high, rows.max(axis=0)),
-        )
-        self.totals, self.rows = self.totals + rows.sum(axis=0), self.rows + len(rows)
-        if self.kinetic is not None:
-            before = [] if self.last is None else [self.last[1][self.kinetic]]
-            self.turned_over += float(
-                np.abs(np.diff(np.concatenate([before, rows[:, self.kinetic]]))).sum()
-            )
 
     def _unwrap(self, times: np.ndarray, rows: np.ndarray) -> None:
         for angle, speed in self.angles:
@@ -475,11 +561,13 @@ class Recorder:
         """
         first = len(SOLVER_COLUMNS)
         self.sink.steps(log[:, :first])
-        if self.ledger and len(log):
-            energies = log[:, first : first + 2 + len(self.work)].copy()
+        if self.energies and len(log):
+            energies = log[:, first : first + len(self.energies)].copy()
             energies[:, -1] -= self.zero
-            finite = np.isfinite(energies).all(axis=1)
-            self.ledger.add(log[finite, 0], energies[finite])
+            if len(self._waiting) == 1:
+                self._waiting.append((LedgerWatch.take, log[:, 0].copy(), energies))
+            else:
+                self.ledger.take(log[:, 0], energies)
 
     def flush(self) -> None:
         self.sink.flush()
@@ -488,60 +576,76 @@ class Recorder:
         """Attributes of a group, such as what a joint's film table errs by."""
         self.facts.setdefault(group, {}).update(facts)
 
-    def regime(self, joint, pressure: float, gap: float) -> Regime:
-        """Diagnostics of a lubricated joint from its largest film pressure and its smallest gap.
-
-        They also become attributes of its group.
-        """
+    def know_regime(self, joint, regime: Regime) -> None:
+        """Diagnostics of a lubricated joint as attributes of its group, with means of its film."""
         group = f"joints/{joint.name}"
-        result = regime(joint, pressure, gap)
         self.add_facts(
-            group, **{name: value for name, value in vars(result).items() if value is not None}
+            group, **{name: value for name, value in vars(regime).items() if value is not None}
         )
         means = {f"{group}/membership_{s}": f"share_{s}" for s in ("full_film", "mixed", "dry")}
         means[f"{group}/asperity_share"] = "mean_asperity_share"
+        sums = self.summary
         self.add_facts(
             group,
             **{
-                n: self.totals[self.place[p]] / self.rows
+                n: sums.totals[self.place[p]] / sums.rows
                 for p, n in means.items()
                 if p in self.place
             },
         )
-        return result
 
-    def residual_share(self) -> float:
+    def residual_share(self, below: float = 0.0) -> float:
         """Largest share of the energy turned over in some stretch of the run that its residual
-        moved by.
+        moved by. A bound of it may stand for a share that is certainly not above `below`.
         """
-        return max(self.ledger.worst, self.ledger.share()) if self.ledger else 0.0
+        if len(self._waiting) == 2 and (bound := self._bound(below)) <= below:
+            return float(bound)
+        return max(self.ledger.worst, self.ledger.share()) if self.energies else 0.0
 
-    def energy_scale(self) -> float:
-        """The energy turned over so far: total variation of the kinetic energy, or what went in or
-        was taken out.
+    def _bound(self, enough: float) -> float:
+        """A bound of the residual share of the first pieces: a stretch turns over the range of the
+        kinetic energy at least. enough: a bound as low as this needs no look at that.
         """
-        return max([self.turned_over, *(float(self.high[i] - self.low[i]) for i in self.work)])
+        (_, _, start), (_, _, energies) = self._waiting
+        residual, kinetic = energies[:, -1], energies[:, 0]
+        moved = max(residual.max(), start[-1]) - min(residual.min(), start[-1])
+        scale = self.floor
+        if not moved <= enough * scale:
+            scale = max(scale, kinetic.max() - kinetic.min())
+        return moved / scale if scale > 0.0 else math.inf
 
     def close(
         self,
         status: str,
-        solver: dict,
         warnings: list[str],
-        extremes: Extremes | None = None,
-        integrals: Integrals | None = None,
+        solver: Mapping,
+        late: Callable[["Recorder"], tuple[Extremes | None, Integrals | None]] | None = None,
     ) -> None:
         """Finish: what is known of each group, then the status; the sink then gives the record its
         place.
+
+        late: adds facts, and makes extremes and integrals, where somebody looks at them.
         """
+
+        @cache
+        def located() -> tuple[Extremes | None, Integrals | None]:
+            extremes, integrals = late(self) if late else (None, None)
+            if self.last is not None:
+                for name, fact in JOINT_EXTREMES.items():
+                    self._know_extremes(extremes, name, fact)
+                self.add_facts("energy", turned_over=self.summary.energy_scale())
+                if self.ledger is not None:
+                    self.add_facts("energy", largest_residual=self.ledger.largest)
+            return extremes, integrals
+
+        def facts() -> dict[str, dict]:
+            located()
+            return self.facts
+
         ranges = None
         if self.last is not None:
-            ranges = Ranges(self.low, self.high, extremes, integrals)
-            for name, fact in JOINT_EXTREMES.items():
-                self._know_extremes(extremes, name, fact)
-            self.add_facts("energy", turned_over=self.energy_scale())
-            if self.balance is not None:
-                self.add_facts("energy", largest_residual=self.ledger.largest)
-        self.sink.close(status, solver, warnings, self.facts, ranges)
+            ranges = Ranges(lambda: (self.summary.low, self.summary.high, *located()))
+        self.sink.close(status, solver, warnings, Later(facts), ranges)
 
     def _know_extremes(self, extremes: Extremes | None, quantity: str, fact: str) -> None:
         """Extremes of the entire run as attributes of the joints, with their times."""

@@ -3,11 +3,13 @@
 Without a path it is made on demand only.
 """
 
+import hashlib
 import time
 import zlib
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +17,7 @@ import numpy as np
 
 from clearance.files.locks import replacing, temporary_file
 from clearance.results.reading import ABOUT, MemoryReader, checked
-from clearance.results.recorder import EVENT_COLUMNS, SOLVER_COLUMNS, Memory, Ranges, Samples
+from clearance.results.recorder import EVENT_COLUMNS, SOLVER_COLUMNS, Later, Memory, Ranges, Samples
 from clearance.results.result import DIMENSIONS, EVENT_TEXTS, HeldResult, MemoryResult, Result
 from clearance.results.stream import (
     FULL,
@@ -54,17 +56,23 @@ class ShortFile(Memory):
     lasting = locked = True
 
     def __init__(self, path: str | Path | None, content: Content, remembering: bool = False):
+        moment = time.time()
+        self.about = Later(lambda: opening(content.attributes, moment))
         super().__init__(content.channels, content.attributes, content.logs)
         self.given, self.remembering = None if path is None else Path(path), remembering
         self.kept, self.lock = content.kept, None
-        self.about = opening(content.attributes)
-        self.content = replace(content, attributes=self.about)
+        self._content_of_run = content
         if self.given is not None:
             self._check_path()
-        (self.rows_in_chunk,) = content.layout["chunks"]
+        self.rows_in_chunk = content.rows_in_chunk
         self.groups: dict[str, Group] = {}
         self.stream: Stream | None = None
         self.began, self.stored = time.perf_counter(), False
+
+    @cached_property
+    def content(self) -> Content:
+        """Parts of the run that its file has."""
+        return replace(self._content_of_run, attributes=self.about)
 
     def _check_path(self) -> None:
         check_name(self.given)
@@ -185,30 +193,59 @@ class ShortFile(Memory):
         raise reason
 
     def _made(self) -> bytes:
-        """The file, from the image of one like it where the process has made two."""
+        """The file, from the image of one like it where the store has it."""
         from clearance.results import hdf5_image
 
-        attributes, growing, tables = self._content()
-        made_once = hdf5_image.available() and not self.content.compression
-        if made_once:
-            shapes = hdf5_image.likeness(attributes, growing, tables, self.rows_in_chunk)
-            named = tuple(self.channels[i] for i in self.kept), *spots(self.channels)
-            key = *named, self.rows_in_chunk, shapes
-            if (image := _images.get(key)) is not None:
-                return bytes(image.filled(attributes, growing | tables))
+        attributes, growing, tables = content = self._content()
+        if self.content.compression or not hdf5_image.available():
+            return self._from_hdf5(*content)[0]
+        shapes = hdf5_image.likeness(attributes, growing, tables, self.rows_in_chunk)
+        named = tuple(self.channels[i] for i in self.kept), *spots(self.channels)
+        key = *named, self.rows_in_chunk, shapes
+        image, made = _images.get(key), b""
+        if image is None:
+            # many processes write one file, or few that are alike
+            lasting = not _images or key in _images
+            image, made = self._image(key, content, lasting)
+            while len(_images) >= MOST_IMAGES:
+                del _images[next(iter(_images))]
+            _images[key] = image
+        return made or bytes(image.filled(attributes, growing | tables))
+
+    def _image(self, key: tuple, content: tuple, lasting: bool) -> "tuple[Image | None, bytes]":
+        """The image of files like this from the store, or the file, and its image where that is to
+        last.
+        """
+        from clearance.machine import store
+        from clearance.results.hdf5_image import Image, made_from
+
+        text, made = f"{made_from()} {key}", b""
+        name = f"image_{hashlib.sha256(text.encode()).hexdigest()[:32]}"
+
+        def make() -> bytes:
+            nonlocal made
+            made, image = self._from_hdf5(*content)
+            return image.packed() if image else b""
+
+        if not lasting and not store.file_of(name).exists():
+            return None, self._from_hdf5(*content)[0]
+        packed, _ = store.stored(name, make)
+        image = Image.unpacked(packed) if packed else None
+        return image, made or (b"" if image else self._from_hdf5(*content)[0])
+
+    def _from_hdf5(self, attributes, growing, tables) -> "tuple[bytes, Image | None]":
+        """The file as HDF5 makes it, and its image where it has one."""
+        from clearance.results.hdf5_image import Image, Unknown
+
         maker = ImageSink(self.given or Path("run.h5"), self.content)
         self.hand_on(maker)
         maker.close(*self.ended, self.groups)
         with maker.file as file:
-            if made_once and key in _images:
-                with suppress(hdf5_image.Unknown):
-                    content = attributes, growing | tables
-                    _images[key] = hdf5_image.Image.of(maker.image, file, *content)
-            elif made_once:  # many processes write one file
-                while len(_images) >= MOST_IMAGES:
-                    del _images[next(iter(_images))]
-                _images[key] = None
-        return maker.image
+            try:
+                image = Image.of(maker.image, file, attributes, growing | tables)
+            except Unknown:
+                image = None
+        return maker.image, image
 
     def _content(self) -> "tuple[Attributes, dict, dict]":
         """Attributes of the file, columns that grow with the run, and those of other tables."""
@@ -226,15 +263,18 @@ class ShortFile(Memory):
         for path, group in groups.items():
             if group.attributes:
                 attributes[path] = {**attributes.get(path, {}), **group.attributes}
-        attributes[""] = self.about | attributes[""]
+        attributes[""] = {**self.about, **attributes[""]}
         return attributes
 
     def reader(self) -> MemoryReader:
         """A reader of what the file holds, as it holds it."""
+        return MemoryReader(Later(self._ready), self._all, self.given)
+
+    def _ready(self) -> dict[str, Mapping]:
+        """Attributes of the file and of its solver."""
         ended = closing(*self.ended[:3], {})
         added = self.groups[""].attributes if "" in self.groups else {}
-        ready = {"": {**self.about, **ended[""], **added}, "solver": ended["solver"]}
-        return MemoryReader(ready, self._all, self.given)
+        return {"": {**self.about, **ended[""], **added}, "solver": ended["solver"]}
 
     def _all(self) -> tuple[dict, dict]:
         """All columns, and the attributes of groups and columns."""

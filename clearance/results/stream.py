@@ -106,7 +106,7 @@ class Content:
     """
 
     channels: list
-    attributes: dict
+    attributes: Mapping
     keep: Sequence[str] | None = None
     compression: int = 0
     expected: int = CHUNK
@@ -124,7 +124,11 @@ class Content:
     @property
     def layout(self) -> dict:
         """Settings of columns. Raises ValueError for what is no gzip level."""
-        return filters(self.compression) | {"chunks": (min(max(self.expected, 1), CHUNK),)}
+        return filters(self.compression) | {"chunks": (self.rows_in_chunk,)}
+
+    @property
+    def rows_in_chunk(self) -> int:
+        return min(max(self.expected, 1), CHUNK)
 
 
 class Stream:
@@ -451,11 +455,13 @@ def along_text(group: str) -> str:
     return f"dimension of the columns of /{group}"
 
 
-def opening(attributes: dict) -> dict:
+def opening(attributes: Mapping, moment: float | None = None) -> dict:
     """Attributes of a file whose run is under way, without checksums; those of who made it too,
     unless they stand among them.
+
+    moment: at which it began, seconds of `time.time`, default now.
     """
-    return provenance() | attributes | {"status": "partial: still running"}
+    return {**provenance(moment), **attributes, "status": "partial: still running"}
 
 
 def closing(status: str, solver: dict, warnings: list[str], facts: dict) -> dict[str, dict]:

@@ -9,6 +9,7 @@ import json
 import os
 import platform
 import shutil
+import time
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -35,12 +36,17 @@ LIBVER = ("v108", "v108")
 COMPACT = 1024  # attributes of a group that stand in its header, at most
 
 
-def provenance() -> dict:
-    """Format, versions of what made a file, and when (UTC); attributes of every file."""
+def provenance(moment: float | None = None) -> dict:
+    """Format, versions of what made a file, and when (UTC); attributes of every file.
+
+    moment: seconds of `time.time`, default now.
+    """
+    moment = time.time() if moment is None else moment
+    when = datetime.datetime.fromtimestamp(moment, datetime.UTC)
     return {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
-        "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "created": when.isoformat(timespec="seconds"),
         "version_python": platform.python_version(),
         "version_clearance": VERSION,
         **_versions(),

@@ -24,11 +24,11 @@ from clearance.results.stream import Content, Stream, Unwritable, add_groups, ha
 from clearance.run.observers import Observer
 from clearance.stepping import status
 
-VERSION = 7
+VERSION = 8
 STATE = "state.npz"
 # how runs end that shall be able to go on
 GOES_ON = ("partial: interrupted", "partial: terminated")
-RECORD = ("zero", "low", "high", "totals", "rows", "turned_over")
+RECORD = ("low", "high", "totals", "rows", "turned_over")
 
 
 class PartsSink:
@@ -274,7 +274,8 @@ def state_of(run, recording) -> dict:
     recorder = recording.recorder
     state = {"memory": run.state.memory, "method": run.method.text, "reason": run.method.reason}
     state |= {"changes": json.dumps(run.changes), "dead_centre": recording.diagnosis.dead_centre}
-    state |= {f"record.{n}": getattr(recorder, n) for n in RECORD}
+    state |= {f"record.{n}": getattr(recorder.summary, n) for n in RECORD}
+    state["begun.zero"] = recorder.zero
     if recorder.last is not None:
         state["last.time"], state["last.row"] = recorder.last
     if recorder.ledger is not None:
@@ -344,7 +345,7 @@ def restore(run, recording, sink: PartsSink, state: dict) -> None:
     recording.diagnosis.dead_centre = str(state["dead_centre"])
     if "last.time" in state:
         recorder.last = state["last.time"][()], state["last.row"]
-    parts = {"record": recorder, "ledger": recorder.ledger}
+    parts = {"begun": recorder, "record": recorder.summary, "ledger": recorder.ledger}
     for key, value in state.items():
         part, _, name = key.rpartition(".")
         if part in parts:

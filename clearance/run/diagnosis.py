@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from clearance.elements.joint import Joint
-from clearance.elements.regimes import FULL_FILM, depth_warning
+from clearance.elements.regimes import FULL_FILM, Regime, depth_warning, regime
 from clearance.machine.callback import Callback
 from clearance.results.recorder import LedgerWatch, Recorder
 from clearance.run.start import QUASI_STATIC, quasi_static
@@ -14,6 +14,7 @@ from clearance.stepping import status
 from clearance.stepping.control import STIFF_ENOUGH
 
 if TYPE_CHECKING:  # what runs need that fail
+    from clearance.mechanism.build import Mechanism
     from clearance.mechanism.dead_centre import Motion
 
 WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however loose its tolerance
@@ -56,19 +57,22 @@ class Diagnosis:
         rtol = run.solver.rtol
         self.doubt = SUSPICIOUS * rtol if run.mechanism.opens else doubtful(rtol)
         self.latest: list[np.ndarray] = []
+        self.regimes: dict[Joint, Regime] = {}  # of joints with films, once there are warnings
 
     # --- on the way
     def remember(self, log: np.ndarray) -> None:
         """Take in steps; those from before the stretch of the ledger under way are forgotten."""
-        begun = self.recorder.ledger.begin if self.recorder.ledger else 0.0
-        self.latest = [piece for piece in self.latest[-PIECES:] if piece[-1, 0] >= begun]
+        if self.latest:
+            begun = self.recorder.ledger.begin if self.recorder.ledger else 0.0
+            self.latest = [piece for piece in self.latest[-PIECES:] if piece[-1, 0] >= begun]
         if len(log) and self.run.state.sizes["logged"]:
             self.latest.append(log.copy())
 
     def judge(self, code: int) -> int:
         """Status of the run: another one where its output is not to be trusted."""
-        residual, rtol = self.recorder.residual_share(), self.run.solver.rtol
-        if residual > max(LedgerWatch.limit, min(1e4 * rtol, WORST_LEDGER)):
+        broken = max(LedgerWatch.limit, min(1e4 * self.run.solver.rtol, WORST_LEDGER))
+        residual = self.recorder.residual_share(min(broken, self.doubt))
+        if residual > broken:
             code = status.LEDGER_BROKEN
         self.escaped = self.escaped or self._escaped()
         if code != status.LEDGER_BROKEN and (self.spoilt or self.escaped):
@@ -271,9 +275,9 @@ class Diagnosis:
         """
         scene = self.run.mechanism.scene
         warnings = scene.doubts + self._method_warnings()
-        warnings += filter(None, map(self._too_sharp, scene.joints))
-        residual = self.recorder.residual_share()
-        if residual > doubtful(self.run.solver.rtol):
+        warnings += self._sharp_frictions()
+        doubt = doubtful(self.run.solver.rtol)
+        if (residual := self.recorder.residual_share(doubt)) > doubt:
             share = f"{residual:.2g} of the energy turned over is missing"
             warnings.append(f"the energy ledger does not close: {share}: {self._suspects()}")
         for joint in scene.clearance_joints if self.run.state.started else ():
@@ -329,7 +333,8 @@ class Diagnosis:
         gap, warnings = self.run.extreme(f"{group}/gap_min"), []
         if joint.film is not None and joint.film_joint is not None:
             pressure = self.run.extreme(f"{group}/film_pressure_max")
-            warnings += self.recorder.regime(joint, pressure, gap).warnings(joint)
+            self.regimes[joint] = regime(joint, pressure, gap)
+            warnings += self.regimes[joint].warnings(joint)
         source = mechanism.sources.get(joint)
         if isinstance(source, Callback) and (doubt := source.doubt(1.0 - gap / joint.clearance)):
             warnings.append(f"{joint.label()}: mesh of the film: {doubt}")
@@ -346,22 +351,25 @@ class Diagnosis:
         joints = self.run.mechanism.scene.clearance_joints if self.run.state.started else ()
         return {j: -self.run.extreme(f"{j.key}/gap_min") for j in joints}
 
-    def _too_sharp(self, joint) -> str | None:
-        """Friction that turns round within less than the tolerance resolves of the joint's rate."""
+    def _sharp_frictions(self) -> list[str]:
+        """Frictions that turn round within less than the tolerance resolves of a joint's rate."""
         mechanism, rtol = self.run.mechanism, self.run.solver.rtol
-        if (
-            joint.name not in mechanism.structure.forced
-            or "transition_rate" not in joint.friction.values
-        ):
-            return None
-        resolved = rtol * mechanism.frequency * (mechanism.start.size if joint.slides else 1.0)
-        if (rate := joint.friction.values["transition_rate"]) >= resolved:
-            return None
-        units = "m/s" if joint.slides else "rad/s"
-        sharp = (
-            f"{joint.label()}: transition_rate {rate:g} {units} is finer than rtol {rtol:g} sees"
-        )
-        return f"{sharp}, {resolved:.2g} {units}"
+        if not mechanism.structure.forced:
+            return []
+        joints = (j for j in mechanism.scene.joints if j.name in mechanism.structure.forced)
+        return [*filter(None, (_too_sharp(mechanism, j, rtol) for j in joints))]
+
+
+def _too_sharp(mechanism: "Mechanism", joint: Joint, rtol: float) -> str | None:
+    """Friction that turns round within less than the tolerance resolves of the joint's rate."""
+    if "transition_rate" not in joint.friction.values:
+        return None
+    resolved = rtol * mechanism.frequency * (mechanism.start.size if joint.slides else 1.0)
+    if (rate := joint.friction.values["transition_rate"]) >= resolved:
+        return None
+    units = "m/s" if joint.slides else "rad/s"
+    sharp = f"{joint.label()}: transition_rate {rate:g} {units} is finer than rtol {rtol:g} sees"
+    return f"{sharp}, {resolved:.2g} {units}"
 
 
 def _named(values: dict[str, float], group: str) -> dict[str, float]:

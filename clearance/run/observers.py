@@ -47,7 +47,9 @@ class Observer:
 
     def due(self, time: float) -> bool:
         """True where `reach` is called at this time [s]."""
-        count = time / self.period if self.period else 0.5
+        if not self.period:
+            return False
+        count = time / self.period
         return abs(count - round(count)) <= SAME * max(count, 1.0)
 
     def reach(self, run) -> None:
@@ -104,7 +106,8 @@ class Kinks(Observer):
 
     def _crossings(self) -> list[tuple[float, float]]:
         """Times right before kinks, with the kinks."""
-        return [(kink * (1.0 - 0.5 * SAME), kink) for kink in self.run.mechanism.scene.kinks]
+        kinks = self.run.mechanism.scene.kinks
+        return [(kink * (1.0 - 0.5 * SAME), kink) for kink in kinks] if kinks else kinks
 
     def after(self, time):
         """The time right before the next kink."""

@@ -5,7 +5,7 @@ import logging
 import sys
 import time
 from collections.abc import Callable
-from functools import wraps
+from functools import cached_property, wraps
 from typing import TypeVar
 
 Study = TypeVar("Study", bound=Callable)
@@ -41,12 +41,17 @@ class ProgressBar:
 
     def __init__(self, name: str):
         self.name, self.began, self.bar = name, time.perf_counter(), None
-        self.seen, self.last = seen(), self.began
+        self.last = self.began
+
+    @cached_property
+    def seen(self) -> bool:
+        """True where a person may look."""
+        return seen()
 
     def __call__(self, state, words: str = "") -> None:
         """state: done share, a sentence, or numbers of points as `sweep` reports them."""
         now = time.perf_counter()
-        if now - self.last < (DELAY if self.seen else INTERVAL):
+        if now - self.last < DELAY or now - self.last < (DELAY if self.seen else INTERVAL):
             return
         if isinstance(state, str):
             state, words = 0.0, state

@@ -3,11 +3,13 @@
 import json
 import logging
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 
-from clearance.results.recorder import Memory, MemoryRecord, Recorder
+from clearance.results.extremes import Extremes, Integrals
+from clearance.results.recorder import Later, Memory, MemoryRecord, Recorder
 from clearance.results.stream import Unwritable
 from clearance.run.diagnosis import Diagnosis
 from clearance.run.interrupts import DeferredSignals, ended
@@ -15,6 +17,7 @@ from clearance.run.observers import Interrupts, Observer, Progress
 from clearance.run.run import Run
 from clearance.run.start import end_state
 from clearance.stepping import status
+from clearance.stepping.state import TOUCHING
 
 LOG = logging.getLogger("clearance")
 # tolerances, and share, of the energy that count as turned over in a motion that turns over less:
@@ -69,8 +72,6 @@ def record_run(
     layout = run.mechanism.layout
     recording = Recording(run, Recorder(layout.channels, sink, True, scale, layout.output))
     watching = [recording, Interrupts(check)]
-    for group, facts in run.mechanism.scene.facts.items():
-        recording.recorder.add_facts(group, **facts)
     if progress is not None:
         watching.append(Progress(progress))
     if checkpoint is not None:
@@ -111,14 +112,20 @@ def remember_run(run: Run, attributes: dict | None = None) -> tuple[MemoryRecord
     return sink.record, failure
 
 
-def attributes_of(run: Run) -> dict:
-    """Attributes of the result file: scene, kernel, start, options."""
-    structure, roles = run.mechanism.structure, run.method.roles
-    text = run.mechanism.remembered(
-        ("text", *roles), lambda: "\n\n".join(structure.texts[r] for r in roles)
-    )
-    about = {"kernel": text, "start": run.started, "options": json.dumps(run.options)}
-    return run.mechanism.scene.provenance | about
+def attributes_of(run: Run, **more: str) -> Mapping:
+    """Attributes of the result file: scene, kernel, start, options, and more."""
+    mechanism, roles, started = run.mechanism, tuple(run.method.roles), run.started
+    options = dict(run.options)
+
+    def text() -> str:
+        return "\n\n".join(mechanism.structure.texts[r] for r in roles)
+
+    def made() -> dict:
+        kernel = mechanism.remembered(("text", *roles), text)
+        about = {"kernel": kernel, "start": started, "options": json.dumps(options)}
+        return mechanism.scene.provenance | about | more
+
+    return Later(made)
 
 
 def _sum_wear(run: Run) -> None:
@@ -131,10 +138,10 @@ def _sum_wear(run: Run) -> None:
 
 
 def _close(run: Run, recording: Recording, finished: str, wall: float) -> None:
-    """End the record; finished: its status."""
-    recorder, state = recording.recorder, run.state
-    recorder.impacts(run.labels(), run.open_contacts(), "open_contact")
-    summary = _summary(run, wall) | {"energy_residual_share": recorder.residual_share()}
+    """End the record; finished: its status. What few look at is made where somebody does."""
+    recorder, diagnosis, end = recording.recorder, recording.diagnosis, run.at_end()
+    if run.state.contacts[:, TOUCHING].any():
+        recorder.impacts(run.labels(), run.open_contacts(), "open_contact")
     for joint, source in run.mechanism.sources.items():
         recorder.add_facts(f"joints/{joint.name}", **source.facts())
     if run.wearing is not None:
@@ -148,13 +155,25 @@ def _close(run: Run, recording: Recording, finished: str, wall: float) -> None:
         )
     for group, facts in run.facts.items():
         recorder.add_facts(group, **facts)
-    here = run.mechanism, state.y, state.work, state.time, state.turned[:, 0]
-    recorder.add_facts("state", **end_state(*here))
-    warnings = recording.diagnosis.warnings() if run.warned else []
-    recorder.close(finished, summary, warnings, run.extremes, run.integrals)
+    run.warnings = diagnosis.warnings() if run.warned else []
+    solver = Later(partial(_summary, end, recorder, wall))
+    recorder.close(finished, run.warnings, solver, partial(_located, end, diagnosis.regimes))
 
 
-def _summary(run: Run, wall: float) -> dict:
+def _located(run: Run, regimes: dict, recorder: Recorder) -> tuple[Extremes, Integrals]:
+    """Facts of a run at its end, and its located extremes and integrals."""
+    scene, sooner = run.mechanism.scene, recorder.facts
+    here = run.mechanism, run.state.y, run.state.work, run.state.time, run.state.turned[:, 0]
+    recorder.facts = {}
+    for groups in (scene.facts, sooner, {"state": end_state(*here)}):
+        for group, facts in groups.items():
+            recorder.add_facts(group, **facts)
+    for joint, regime in regimes.items():
+        recorder.know_regime(joint, regime)
+    return run.extremes, run.integrals
+
+
+def _summary(run: Run, recorder: Recorder, wall: float) -> dict:
     """Numbers of the integration."""
     return {
         "method": run.method.text,
@@ -164,4 +183,5 @@ def _summary(run: Run, wall: float) -> dict:
         "wall_s": wall,
         "loop_s": run.wall,
         **{name: getattr(run.state, name) for name in COUNTERS},
+        "energy_residual_share": recorder.residual_share(),
     }

@@ -82,31 +82,30 @@ class Run:
         self.changes: list[tuple[float, dict[str, float]]] = []  # times and changes so far
         self.wall, self.cpu, self.contact_count, self.code = 0.0, 0.0, 0, status.RUNNING
         self.timed = False  # CPU time is measured
-        self._looked: tuple = (-1, None)  # extremes after so many steps
+        self._looked: dict = {}  # extremes, and the steps after which they were looked up
         self.started = "as the scene says"
         self.options: dict = {}  # arguments of `simulate`, which make this run again
         self.facts: dict[str, dict] = {}  # of the result, group by group
         self.wearing = None  # the observer that sums wear, where some joint wears
         self.dead_centre: DeadCentre | None = None  # of a loop, once the run has failed there
         self.warned = True  # its record has warnings
+        self.warnings: list[str] = []  # of its record
 
     def _begin(self) -> None:
         """Stand at the start, as an earlier run of the scene did that had the same numbers."""
         mechanism, method = self.mechanism, self.method
         about = mechanism.own, self.span, self.solver, self.outputs, mechanism.structure.together
-        sizes, head, roles, links = mechanism.remembered(("begun", *about), self._begun)
-        self.state = State(**sizes)
-        self.state.head[:] = head
-        method.roles, method.links = roles, links | {"together": np.zeros_like(links["together"])}
-        self.state.connect(mechanism.par, **method.links)
+        cast, roles, links = mechanism.remembered(("begun", *about), self._begun)
+        self.state = cast(mechanism.par)
+        method.roles, method.links = roles, links | {"together": self.state.together}
 
-    def _begun(self) -> tuple[dict, np.ndarray, list[str], dict]:
-        """Sizes and numbers of a state at the start, roles and links of its method."""
+    def _begun(self) -> tuple[Callable[[np.ndarray], State], list[str], dict]:
+        """A maker of states at the start, roles and links of its method."""
         self.state = self._new_state()
         self.watched.install(self.state, self.solver.rtol)
         self.method.use(self.method.current)
         self.take_numbers()
-        return self.state.sizes, self.state.head.copy(), self.method.roles, self.method.links
+        return self.state.mould(), self.method.roles, self.method.links
 
     def _new_state(self) -> State:
         """The state at the start, without numbers, with room for its stepper."""
@@ -164,6 +163,12 @@ class Run:
             state.contacts[i, TOUCHING], state.contacts[i, SINCE] = 1.0, state.time - start.ages[i]
             state.contacts[i, IMPACT_SPEED] = state.work[i] = start.speeds[i]
 
+    def at_end(self) -> "Run":
+        """The run as it stands, without its output: what is read of it later."""
+        end, state = Run.__new__(Run), self.state.without_output()
+        vars(end).update(vars(self), state=state, observers=[], _looked={})
+        return end
+
     def resize(self, **sizes: int) -> None:
         """Give arrays other lengths, see `stepping.state.layout`."""
         if not sizes.items() <= self.state.sizes.items():
@@ -188,10 +193,7 @@ class Run:
     @property
     def extremes(self):
         """Located extremes so far."""
-        steps = int(self.state.steps)
-        if self._looked[0] != steps or self.state.time < self.span.until:
-            self._looked = steps, self.watched.extremes(self.state)
-        return self._looked[1]
+        return self._looked_at("extremes")
 
     @property
     def integrals(self):
@@ -200,7 +202,16 @@ class Run:
 
     def extreme(self, name: str) -> float:
         """Largest or smallest value of a watched quantity so far."""
-        return self.extremes.of(name).value
+        return self._looked_at("outermost")[self.watched.columns[name]]
+
+    def _looked_at(self, what: str):
+        """Something that `watched` finds in the state; at the end it is looked up once."""
+        steps = int(self.state.steps)
+        if self._looked.get("steps") != steps or self.state.time < self.span.until:
+            self._looked = {"steps": steps}
+        if what not in self._looked:
+            self._looked[what] = getattr(self.watched, what)(self.state)
+        return self._looked[what]
 
     def outputs_here(self) -> np.ndarray:
         """Outputs where the run stands."""
@@ -314,7 +325,7 @@ class Run:
         trail = state.trail[: state.log_filled]
         self.contact_count += len(contacts)
         state.rows_filled = state.impacts_filled = state.log_filled = 0
-        labels = self.labels()
+        labels = self.labels() if len(contacts) else []
         for observer in self.observers:
             observer.samples(*samples)
             observer.contacts(labels, contacts)
@@ -328,12 +339,15 @@ class Run:
 
     def _next_stop(self) -> float:
         """The first time from here on at which an observer lets a step end."""
-        return min((o.after(self.state.time) for o in self.observers), default=math.inf)
+        now, stop = float(self.state.time), math.inf
+        for observer in self.observers:
+            stop = min(stop, observer.after(now))
+        return stop
 
     def _reach(self) -> None:
         """Call the observers that are due at the present time."""
         for observer in self.observers:
-            if observer.due(self.state.time):
+            if observer.due(float(self.state.time)):
                 observer.reach(self)
 
     def go(self) -> int:

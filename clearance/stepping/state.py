@@ -4,12 +4,13 @@ Compiled code and Python read and set them alike: `s.time`, `s.contacts[j, KIND]
 dense output.
 """
 
+from collections.abc import Callable
 from functools import cache
 from inspect import signature
 
 import numpy as np
 
-from clearance.machine.numba_record import Record, packed, reader
+from clearance.machine.numba_record import Record, mover, packed, reader
 from clearance.machine.store import COMPILED
 from clearance.stepping.linear import solve
 from clearance.stepping.types import DENSE_ROWS, KERNEL, MATRIX, STEP, VECTOR, inline, shared
@@ -230,7 +231,7 @@ class State:
     """
 
     def __init__(self, **sizes: int):
-        self.sizes, self.memory = sizes, np.zeros((), layout(**sizes))
+        self.sizes, self.memory = sizes, _zeros(layout(**sizes))
 
     def __getattr__(self, name: str):
         if name in NUMBERS:
@@ -245,6 +246,33 @@ class State:
             self.memory[name] = value
         else:
             super().__setattr__(name, value)
+
+    def mould(self) -> Callable[[np.ndarray], "State"]:
+        """A function that makes states with these numbers, arrays and functions, and no output.
+
+        Its argument: the mechanism's numbers.
+        """
+        sizes, kind, head = self.sizes, self.memory.dtype, self.head.copy()
+        functions = {name: vars(self)[name] for name in FUNCTIONS}
+        move, together = mover(STATE, self) if COMPILED else None, self.together
+
+        def cast(par: np.ndarray) -> State:
+            state, memory = State.__new__(State), _zeros(kind)
+            vars(state).update(functions, sizes=sizes, memory=memory, par=par)
+            vars(state)["together"] = together.copy() if together.size else together
+            state.head[:] = head
+            state._stand(move(state) if move else None)
+            return state
+
+        return cast
+
+    def without_output(self) -> "State":
+        """The same numbers and arrays, but those of output, which are empty; no loop takes it."""
+        sizes = self.sizes | {"rows": 0, "log": 0, "impacts": 0}
+        kind, state = layout(**sizes), State.__new__(State)
+        vars(state).update(sizes=sizes, memory=_zeros(kind))
+        state.head[:] = self.head
+        return state
 
     @property
     def head(self) -> np.ndarray:
@@ -274,8 +302,16 @@ class State:
             state itself.
         """
         vars(self).update(functions, par=par, together=together)
-        self.words = packed(STATE, self) if COMPILED else None
-        vars(self)["address"] = self.words.ctypes.data if COMPILED else self
+        self._stand(packed(STATE, self) if COMPILED else None)
+
+    def _stand(self, words: np.ndarray | None) -> None:
+        """Take the words of the record."""
+        vars(self).update(words=words, address=self if words is None else words.ctypes.data)
+
+
+def _zeros(kind: np.dtype) -> np.ndarray:
+    """One piece of memory, all zero; numpy takes twice the time to make one with many fields."""
+    return np.ndarray((), kind, np.zeros(kind.itemsize, np.uint8))
 
 
 @inline

@@ -8,7 +8,9 @@ energy does not add up.
 
 import math
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 
@@ -39,6 +41,7 @@ from clearance.values.spots import BLENDED
 
 EXACT = 1e-12  # share within which numbers of the starts are the same
 SAME = 1e-9  # the same of natural sizes that come of a kernel
+FULL = 32  # points that a thread takes at a time, at least where memory allows
 TOGETHER = 128  # points of a block, at least where memory allows
 STEPS = 500_000  # of a block, about: a second
 LONG = 5000  # steps of a run beside which the time to prepare it, by one process, is short
@@ -306,10 +309,10 @@ class Together:
         room = max(TRACKED // max(self.summing.kept + given, 1), 1)
         return min(room, max(STEPS // self.summing.steps, TOGETHER))
 
-    def answers(self, points: Points, threads: int) -> Answers:
+    def answers(self, points: Points) -> Answers:
         """Results of points; one that takes far more steps than the first may never end."""
         limit = max(FAR_MORE * self.summing.steps, STEPS)
-        return self.group.run(points, threads, min(self.options.get("max_steps") or limit, limit))
+        return self.group.run(points, min(self.options.get("max_steps") or limit, limit))
 
     def warnings(
         self, columns: dict[str, np.ndarray], answers: Answers, points: Points
@@ -322,22 +325,50 @@ class Together:
         warnings = self.summing.warnings(answers, replace(points, par=par), data)
         return warnings + doubts.astype(int)
 
-    def errors(
-        self, columns: dict[str, np.ndarray], answers: Answers, threads: int
-    ) -> dict[str, np.ndarray]:
+    def errors(self, columns: dict[str, np.ndarray], answers: Answers) -> dict[str, np.ndarray]:
         """Stated errors of points that have run, see accuracy/companion.py; not a number where a
         companion fails.
         """
         rtol = companion_rtol(self.run.solver.rtol)
         points = self.points(columns, rtol)
-        companions = film = self.answers(points, threads)
+        companions = film = self.answers(points)
         good, times = companions.status == status.DONE, np.ones(len(points.until))
         if strong := self.stronger(columns):
             times, tables = strong
-            film = self.answers(self.points(columns, rtol, tables), threads)
+            film = self.answers(self.points(columns, rtol, tables))
             good &= film.status == status.DONE
         stated = self.summing.errors((answers, companions, film), points, times)
         return {name: np.where(good, values, np.nan) for name, values in stated.items()}
+
+
+def _blocks(indices: list[int], size: int, threads: int) -> Iterator[list[int]]:
+    """Parts of the points, as many to a thread as suit the memory; neighbours, which take about as
+    long, go to different threads.
+    """
+    each = max(size // threads, min(size, FULL))
+    for begin in range(0, len(indices), each * threads):
+        several = indices[begin : begin + each * threads]
+        yield from (several[k::threads] for k in range(min(threads, len(several))))
+
+
+def at_once(
+    function: Callable[[list], list], items: Iterator[list], threads: int
+) -> Iterator[tuple[list, list]]:
+    """Each item with its function, in their order; some of them at a time, in threads."""
+    if threads == 1:
+        yield from ((item, function(item)) for item in items)
+        return
+    pool, waiting = ThreadPoolExecutor(threads), deque()
+    try:
+        for item in items:
+            waiting.append((item, pool.submit(function, item)))
+            if len(waiting) > threads:
+                item, answer = waiting.popleft()
+                yield item, answer.result()
+        for item, answer in waiting:
+            yield item, answer.result()
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _strengthened(tables: list) -> tuple[float, np.ndarray]:
@@ -374,13 +405,23 @@ class Lanes:
         self.groups: dict[tuple, Together | str] = {}
 
     def outcomes(self, pending: Sequence[int], threads: int) -> Iterator[list[Outcome]]:
-        """Outcomes of those that suit, block by block."""
+        """Outcomes of those that suit, block by block, a block in each thread."""
         for together, indices in self._suited(pending):
+            blocks = _blocks(indices, together.block, threads)
             try:
-                for begin in range(0, len(indices), together.block):
-                    yield self._run(together, indices[begin : begin + together.block], threads)
+                for block, outcomes in at_once(partial(self._run, together), blocks, threads):
+                    if left := len(block) - len(outcomes):
+                        self.ways.left(self._reason(together), left)
+                    yield outcomes
             except NotForLanes as error:
                 self.ways.left(str(error), len(indices))
+
+    @staticmethod
+    def _reason(together: Together) -> str:
+        """The reason for which points of a block take the ordinary way."""
+        if together.summing.request is None:
+            return "they failed, carry a warning or press too deep"
+        return f"they failed, or do not reach the requested errors by rtol {LOST:g}"
 
     def suited(self, pending: Sequence[int]) -> list[int]:
         """Those that suit."""
@@ -443,27 +484,23 @@ class Lanes:
         except (ValueError, TypeError) as error:  # an impossible scene
             return f"their numbers are not worked out together ({error})"
 
-    def _run(self, together: Together, indices: list[int], threads: int) -> list[Outcome]:
+    def _run(self, together: Together, indices: list[int]) -> list[Outcome]:
         """Outcomes of a block, those that are sound."""
         began = time.perf_counter()
         columns = {n: self.numbers[n][indices] for n in together.columns}
-        outcomes = self._made(together, columns, indices, threads)
+        outcomes = self._made(together, columns, indices)
         wall = (time.perf_counter() - began) / len(indices)
         return [replace(outcome, wall=wall, loop=wall, together=True) for outcome in outcomes]
 
     def _made(
-        self,
-        together: Together,
-        columns: dict[str, np.ndarray],
-        indices: list[int],
-        threads: int,
+        self, together: Together, columns: dict[str, np.ndarray], indices: list[int]
     ) -> list[Outcome]:
         """Outcomes of a block, those that are sound."""
         summing, text = together.summing, together.mechanism.structure.digest
         about = self.about | {"text": text, "lanes": together.group.width}
         described = {n: (m.units, m.text) for n, m in (summing.first | summing.stated).items()}
         outcomes = []
-        for part in self._parts(together, columns, threads):
+        for part in self._parts(together, columns):
             mine = {n: column[part.places] for n, column in columns.items()}
             warnings = together.warnings(mine, part.answers, part.points).tolist()
             steps, values = part.answers.steps.tolist(), part.values | part.stated
@@ -482,25 +519,18 @@ class Lanes:
                 )
                 for i, row, warned, count in numbers
             ]
-        if left := len(indices) - len(outcomes):
-            reason = "they failed, carry a warning or press too deep"
-            if summing.request is not None:
-                reason = f"they failed, or do not reach the requested errors by rtol {LOST:g}"
-            self.ways.left(reason, left)
         return outcomes
 
-    def _parts(
-        self, together: Together, columns: dict[str, np.ndarray], threads: int
-    ) -> Iterator[Reached]:
+    def _parts(self, together: Together, columns: dict[str, np.ndarray]) -> Iterator[Reached]:
         """Points that are sound, as they end."""
         summing = together.summing
         if summing.request is not None:
-            yield from Ladder(together, columns, threads).climb()
+            yield from Ladder(together, columns).climb()
             return
         points = together.points(columns)
-        answers = together.answers(points, threads)
+        answers = together.answers(points)
         good, values = summing.sound(answers, points), summing.metrics(answers, points)
-        stated = together.errors(columns, answers, threads) if summing.stated else {}
+        stated = together.errors(columns, answers) if summing.stated else {}
         if stated:
             good &= summing.stated_alike(values, stated)
         yield Reached(np.arange(good.size), points, answers, values, stated).at(good)

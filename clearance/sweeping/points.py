@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from clearance.values import checks
+from clearance.values.even_points import latin
 from clearance.values.units import labelled, unit_in, written
 
 KINDS = ("latin", "random")
@@ -219,8 +220,6 @@ def sampled(count: int, *, kind: str = "latin", seed: int = 0, **ranges) -> Poin
         >>> len(cl.sampled(8, clearance=(1e-5, 1e-4, "log")))
         8
     """
-    from scipy.stats import qmc
-
     if kind not in KINDS:
         raise ValueError(f"sample must be one of {', '.join(KINDS)}, got {kind!r}")
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
@@ -230,7 +229,7 @@ def sampled(count: int, *, kind: str = "latin", seed: int = 0, **ranges) -> Poin
     box = {name: _Range.of(name, bounds) for name, bounds in ranges.items()}
     random = np.random.default_rng(seed)
     unit = (
-        qmc.LatinHypercube(len(box), rng=random).random(count)
+        latin(count, len(box), *random.spawn(1))
         if kind == "latin"
         else random.random((count, len(box)))
     )

@@ -89,8 +89,8 @@ class Reached:
 class Ladder:
     """The tolerances of the points of a block; together: their group; columns: their values."""
 
-    def __init__(self, together, columns: dict[str, np.ndarray], threads: int):
-        self.together, self.columns, self.threads = together, columns, threads
+    def __init__(self, together, columns: dict[str, np.ndarray]):
+        self.together, self.columns = together, columns
         self.summing = together.summing
         self.request: Request = self.summing.request
         self.names = [n.removesuffix("_error") for n in self.summing.stated]
@@ -138,7 +138,7 @@ class Ladder:
         columns = {n: v[places] for n, v in self.columns.items()}
         points = self.together.points(columns, rtol, *strong)
         points.longest *= longer
-        answers = self.together.answers(points, self.threads)
+        answers = self.together.answers(points)
         good, numbers = self.summing.sound(answers, points), self.summing.metrics(answers, points)
         numbers = numbers | self.summing.located_in(answers)
         sizes = self.summing.sizes(points)

@@ -12,7 +12,6 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +22,7 @@ from clearance.metrics.statistics import CONFIDENCE
 from clearance.sweeping.index import Sweep, open_sweep
 from clearance.sweeping.points import OUTER_COMMA, Points
 from clearance.values import checks
+from clearance.values.even_points import sobol
 from clearance.values.fit_class import FitClass
 from clearance.values.units import unit_in, written
 
@@ -91,24 +91,25 @@ class Distribution:
 
     def at(self, share: np.ndarray) -> np.ndarray:
         """Values that a share of all stays below: the inverse of the cumulative distribution."""
-        return np.asarray(self._law.ppf(share), float)
-
-    @cached_property
-    def _law(self):
-        from scipy import stats
-
         first, second, *rest = self.numbers
-        if self.kind == "normal":
-            return stats.norm(first, second)
-        if self.kind == "truncated":
-            low, high = ((end - first) / second for end in rest)
-            return stats.truncnorm(low, high, first, second)
-        if self.kind == "lognormal":
-            return stats.lognorm(math.log(second), scale=first)
+        share = np.asarray(share, float)
         if self.kind == "uniform":
-            return stats.uniform(first, second - first)
-        (high,) = rest
-        return stats.triang((second - first) / (high - first), first, high - first)
+            return share * (second - first) + first
+        if self.kind == "triangular":
+            (high,) = rest
+            size, c = high - first, (second - first) / (high - first)
+            rising = np.sqrt(c * share)
+            return np.where(share < c, rising, 1 - np.sqrt((1 - c) * (1 - share))) * size + first
+        if self.kind == "truncated":
+            from scipy.stats import truncnorm
+
+            low, high = ((end - first) / second for end in rest)
+            return np.asarray(truncnorm.ppf(share, low, high, first, second), float)
+        from scipy.special import ndtri
+
+        if self.kind == "normal":
+            return ndtri(share) * second + first
+        return np.exp(math.log(second) * ndtri(share)) * first
 
 
 def from_words(text: str, number: Callable[[str], float] = float) -> Distribution | None:
@@ -139,8 +140,6 @@ def design(spread: Mapping[str, Distribution], points: int, seed: int = 0) -> tu
 
     Raises ValueError for too few points.
     """
-    from scipy.stats import qmc
-
     if not spread:
         raise ValueError(
             "scatter: give at least one distribution, such as clearance=normal(100um,5um)"
@@ -150,10 +149,8 @@ def design(spread: Mapping[str, Distribution], points: int, seed: int = 0) -> tu
         least = 8 * (len(spread) + 2)
         raise ValueError(f"points: at least {least} for {len(spread)} parameters, got {points}")
     n = 2 ** int(math.log2(each))
-    shares = qmc.Sobol(2 * len(spread), rng=np.random.default_rng(seed)).random_base2(
-        int(math.log2(n))
-    )
-    shares = np.clip(shares, 1e-12, 1.0 - 1e-12)
+    (random,) = np.random.default_rng(seed).spawn(1)
+    shares = np.clip(sobol(n, 2 * len(spread), random), 1e-12, 1.0 - 1e-12)
     first, second = np.split(shares, 2, axis=1)
     rows = [first, second]
     for j in range(len(spread)):
@@ -179,11 +176,13 @@ def quantile(values: np.ndarray, share: float) -> Estimate:
     """A quantile of independent values; its interval from the order of the values alone, infinite
     beyond the last.
     """
-    from scipy.stats import binom
+    from scipy.special import bdtr
 
     ranked, count = np.sort(values), len(values)
-    lower = int(binom.ppf(0.5 * (1.0 - CONFIDENCE), count, share)) - 1
-    upper = int(binom.ppf(0.5 * (1.0 + CONFIDENCE), count, share))
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    below = bdtr(np.arange(count + 1.0), count, share)  # probability of so many values, or fewer
+    lower, upper = (int(np.searchsorted(below, p)) for p in (tail, 1.0 - tail))
+    lower -= 1
     low = float(ranked[lower]) if lower >= 0 else -math.inf
     high = float(ranked[upper]) if upper < count else math.inf
     return Estimate(float(np.quantile(ranked, share)), low, high)
@@ -193,11 +192,12 @@ def probability(beyond: np.ndarray) -> Estimate:
     """Probability of an event from whether it came about in independent trials (Clopper and
     Pearson's interval).
     """
-    from scipy.stats import binomtest
+    from scipy.special import betaincinv
 
-    count, trials = int(np.sum(beyond)), len(beyond)
-    interval = binomtest(count, trials).proportion_ci(CONFIDENCE, method="exact")
-    return Estimate(count / trials, float(interval.low), float(interval.high))
+    count, trials, tail = int(np.sum(beyond)), len(beyond), 0.5 * (1.0 - CONFIDENCE)
+    low = betaincinv(count, trials - count + 1, tail) if count else 0.0
+    high = betaincinv(count + 1, trials - count, 1.0 - tail) if count < trials else 1.0
+    return Estimate(count / trials, float(low), float(high))
 
 
 @dataclass(frozen=True)

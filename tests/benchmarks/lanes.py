@@ -74,13 +74,13 @@ class Sweep:
             places = slice(first, first + together.block)
             columns = {n: v[places] for n, v in together.columns.items()}
             points = together.points(columns)
-            answers = together.answers(points, 1)
+            answers = together.answers(points)
             if not together.summing.sound(answers, points).all():
                 raise RuntimeError("a point is not sound")
             together.summing.metrics(answers, points)
             together.warnings(columns, answers, points)
             if self.error is not None:
-                together.errors(columns, answers, 1)
+                together.errors(columns, answers)
         return (time.process_time() - began) / len(self.speed)
 
     def ordinary(self, folder: str) -> float:

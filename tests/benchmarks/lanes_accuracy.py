@@ -98,7 +98,7 @@ def errors(
     make, dry = find_case(case).scene, fixed.get("model") == "dry"
     together = Together(lambda v: make(**fixed, **v), columns, options, None)
     points = together.points(columns)
-    answers = together.answers(points, 1)
+    answers = together.answers(points)
     sound = together.summing.sound(answers, points)
     require(bool(sound.all()) or dry, f"{name}: {(~sound).sum()} points are not sound")
     metrics = together.summing.metrics(answers, points)

@@ -2,6 +2,7 @@
 whatever runs beside.
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -63,7 +64,7 @@ class Ran:
     def __init__(self, scene, columns, **options):
         self.together = Together(scene, columns, {"turns": 1.0, "rtol": 1e-8} | options, None)
         self.points = self.together.points(columns)
-        self.answers = self.together.answers(self.points, 1)
+        self.answers = self.together.answers(self.points)
         self.metrics = self.together.summing.metrics(self.answers, self.points)
         #: blocks that rest on stiff corners may be left to the ordinary way
         self.sound = self.together.summing.sound(self.answers, self.points)
@@ -134,7 +135,9 @@ def test_company():
     ran = Ran(scene, columns)
     mixed = np.random.default_rng(5).permutation(POINTS)
     moved = {n: v[mixed] for n, v in columns.items()}
-    others = ran.together.answers(ran.together.points(moved), 2)
+    both = [ran.together.points(numbers) for numbers in (moved, columns)]
+    with ThreadPoolExecutor(2) as threads:
+        others, _ = threads.map(ran.together.answers, both)
     for name in ("extremes", "totals", "ledgers", "tracks", "steps"):
         np.testing.assert_array_equal(getattr(others, name), getattr(ran.answers, name)[mixed])
     for k in (0, 7):
@@ -205,4 +208,4 @@ def test_sharp_friction_of_joints_is_left_to_the_ordinary_way():
         Together(scene, columns, options, None)
     together = Together(scene, columns, options | {"method": "dop853"}, None)
     points = together.points(columns)
-    assert together.summing.sound(together.answers(points, 1), points).all()
+    assert together.summing.sound(together.answers(points), points).all()

@@ -81,7 +81,7 @@ def test_metrics(model, others, seed):
 
     together = Together(scene, columns, options, None)
     points = together.points(columns)
-    answers = together.answers(points, 1)
+    answers = together.answers(points)
     assert together.summing.sound(answers, points).all()
     metrics = together.summing.metrics(answers, points)
     assert any("deviation" in name for name in metrics)
@@ -102,7 +102,7 @@ def test_seconds_of_complete_turns():
     for options in ({"turns": 2.0}, {"until": 2.0 * turn, "samples": 801}):
         together = Together(slider_crank, columns, options, None)
         points = together.points(columns)
-        made.append(together.summing.metrics(together.answers(points, 1), points))
+        made.append(together.summing.metrics(together.answers(points), points))
     for name, values in made[0].items():
         np.testing.assert_allclose(made[1][name], values, rtol=1e-6, atol=1e-9, err_msg=name)
     with pytest.raises(NotForLanes, match="turns"):
@@ -116,13 +116,13 @@ def test_company():
     columns = drawn(7, **LENGTHS, clearance=1e-4)
     together = Together(slider_crank, columns, OPTIONS, None)
     points = together.points(columns)
-    alone = together.answers(points, 1)
+    alone = together.answers(points)
     metrics = together.summing.metrics(alone, points)
     for order in (np.arange(POINTS)[::-1], np.array([5]), np.arange(3, 14)):
         mine = {n: column[order] for n, column in columns.items()}
         others = together.points(mine)
         np.testing.assert_array_equal(others.given, points.given[order])
-        again = together.summing.metrics(together.answers(others, 2), others)
+        again = together.summing.metrics(together.answers(others), others)
         for name, values in metrics.items():
             np.testing.assert_array_equal(again[name], values[order], err_msg=name)
 
@@ -149,7 +149,7 @@ def test_starts_that_are_solved(monkeypatch):
     together = Together(drag_link, columns, OPTIONS, None)
     assert together.spread.solved.size
     points = together.points(columns)
-    answers = together.answers(points, 1)
+    answers = together.answers(points)
     assert together.summing.sound(answers, points).all()
     for k in range(0, POINTS, 8):
         run = together.spread.prepared({n: column[k].item() for n, column in columns.items()})
@@ -164,7 +164,7 @@ def test_a_point_that_cannot_be_prepared(monkeypatch):
     broken = {n: column[:2].copy() for n, column in columns.items()}
     broken["follower"][1] = 1.0
     points = together.points(broken)
-    sound = together.summing.sound(together.answers(points, 1), points)
+    sound = together.summing.sound(together.answers(points), points)
     assert sound.tolist() == [True, False]
 
 

@@ -55,7 +55,7 @@ def test_errors(name, seed, error):
     group, columns = together(name, seed, error)
     scene, options = group.scene_of, {"turns": SCENES[name][3]}
     within = []
-    for part in Ladder(group, columns, 1).climb():
+    for part in Ladder(group, columns).climb():
         for row, place in list(enumerate(part.places.tolist()))[:4]:
             values = {n: v[place].item() for n, v in columns.items()}
             truth, looser = (
@@ -77,9 +77,9 @@ def test_company(name):
     group, columns = together(name, 3, 1e-3)
     mixed = np.random.default_rng(4).permutation(POINTS)[:9]
     rows = []
-    for chosen, threads in ((np.arange(POINTS), 1), (mixed, 2)):
+    for chosen in (np.arange(POINTS), mixed):
         some = {n: v[chosen] for n, v in columns.items()}
-        parts = list(Ladder(group, some, threads).climb())
+        parts = list(Ladder(group, some).climb())
         rows.append(
             {
                 chosen[place]: [v[row] for v in (part.values | part.stated).values()]

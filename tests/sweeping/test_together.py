@@ -3,6 +3,7 @@ left to it.
 """
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
 import numpy as np
@@ -74,7 +75,7 @@ class Ran:
         self.together = Together(scene, columns, {"turns": 2.0} | options, None, error)
         self.summing, self.first = self.together.summing, self.together.first
         self.points = self.together.points(columns)
-        self.answers = self.together.answers(self.points, 1)
+        self.answers = self.together.answers(self.points)
         self.metrics = self.summing.metrics(self.answers, self.points)
 
     def sound(self):
@@ -106,18 +107,19 @@ def feeder():
 def test_company(feeder):
     """A run and its stated errors are the same, bit for bit, in other company, in two threads."""
     points = feeder.points(swept())
-    alone = feeder.answers(points, 1)
+    alone = feeder.answers(points)
     assert feeder.summing.sound(alone, points).all()
     mixed = np.random.default_rng(5).permutation(feeder.count)
     columns = {n: v[mixed] for n, v in swept().items()}
-    others = feeder.answers(feeder.points(columns), 2)
+    with ThreadPoolExecutor(2) as threads:
+        others, _ = threads.map(feeder.answers, (feeder.points(columns), points))
     for name in ("extremes", "totals", "ledgers", "steps"):
         np.testing.assert_array_equal(getattr(others, name), getattr(alone, name)[mixed])
-    errors = feeder.errors(swept(), alone, 1)
-    for name, values in feeder.errors(columns, others, 2).items():
+    errors = feeder.errors(swept(), alone)
+    for name, values in feeder.errors(columns, others).items():
         np.testing.assert_array_equal(values, errors[name][mixed])
     lone = {n: v[:1] for n, v in swept().items()}
-    for name, values in feeder.errors(lone, feeder.answers(feeder.points(lone), 1), 1).items():
+    for name, values in feeder.errors(lone, feeder.answers(feeder.points(lone))).items():
         np.testing.assert_array_equal(values, errors[name][:1])
 
 
@@ -125,7 +127,7 @@ def test_steps(feeder):
     """About the steps of the ordinary loop: the Jacobian is that of another place in the step, so
     that fewer are refused. One first step and one end more or less.
     """
-    answers = feeder.answers(feeder.points({n: v[:1] for n, v in swept().items()}), 1)
+    answers = feeder.answers(feeder.points({n: v[:1] for n, v in swept().items()}))
     steps = feeder.summing.steps
     assert 0.8 * steps <= answers.steps[0] <= 1.05 * steps + 2
 
@@ -152,7 +154,7 @@ def test_first_point(name, turns):
     assert ("period_error" in ran.summing.first) == (turns > 3.0)
     assert together.several == (name == "slider_crank")
     assert ran.sound()
-    errors, stated = together.errors(columns, answers, 1), ran.summing.stated
+    errors, stated = together.errors(columns, answers), ran.summing.stated
     assert ran.summing.stated_alike(ran.metrics, errors).all()
     ratio = "settling_ratio_error"
     wide = {"settling_ratio": errors[ratio][first] + stated[ratio].value} if ratio in errors else {}
@@ -171,7 +173,7 @@ def test_first_point(name, turns):
     assert np.mean(np.array(shares) <= 1.0) >= 0.95
     assert max(shares) < 4.0
     lone = together.points({"clearance": columns["clearance"][3:]})
-    again = together.answers(lone, 2)
+    again = together.answers(lone)
     np.testing.assert_array_equal(again.extremes, answers.extremes[3:])
 
 
