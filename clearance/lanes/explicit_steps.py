@@ -141,7 +141,7 @@ def error_of(piece: Piece, shape: Shape, h, new: list, slopes: list[list]):
     root = piece.sqrt((high + low * 0.01) * float(n))
     error = piece.choose(piece.above(root, 0.0), h * high / piece.largest(root, 1e-300), 0.0)
     share = piece.trace.binary("pow", rtol, 1.0 - 5.0 / 8.0)
-    return piece.largest(error, h * piece.sqrt(high * (1.0 / n)) * share * (1.0 / FIFTH))
+    return piece.largest(error, h * piece.sqrt(high * (1.0 / max(n, 1))) * share * (1.0 / FIFTH))
 
 
 def stiffness(piece: Piece, n: int, h, states: tuple, slopes: tuple):

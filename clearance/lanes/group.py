@@ -39,8 +39,6 @@ def impossible(mechanism: Mechanism, method: str) -> str | None:
     structure, layout = mechanism.structure, mechanism.layout
     if method not in METHODS:
         return f"method {method} has no lanes"
-    if mechanism.size == 0:
-        return "nothing is free to move"
     if reason := METHODS[method].unfit(mechanism):
         return reason
     if layout.commits:

@@ -104,17 +104,9 @@ def sizes_of_films(
     return scale, sizes
 
 
-def start(rows: Rows, shape: Shape, entries: Entries, order: float, then: int) -> Piece:
-    """First evaluation and first step (Hairer, Norsett, Wanner 1993, section II.4); then: phase
-    that follows.
-    """
-    piece, n = Piece(rows, START), shape.states
-    t, y, rtol = piece.one("t"), piece.all("y"), piece.one("rtol")
-    penetration = piece.call(entries.films, t, y) if shape.films else []
-    scale, damping = sizes_of_films(
-        piece, shape, y, penetration, [0.0] * 2 * len(shape.films), piece.all("damping")
-    )
-    rates = piece.call(entries.rhs, t, y)
+def first_step(piece: Piece, entries: Entries, rates: list, scale: list, order: float):
+    """The first step, from the rates where it begins; scale: natural sizes of the states."""
+    t, y, rtol, n = piece.one("t"), piece.all("y"), piece.one("rtol"), len(scale)
     f = rates[:n]
     weights = [rtol * (s + piece.size(v)) for s, v in zip(scale, y, strict=False)]
     size, rate = (
@@ -128,12 +120,26 @@ def start(rows: Rows, shape: Shape, entries: Entries, order: float, then: int) -
     largest = piece.largest(piece.sqrt(rate * (1.0 / n)), piece.sqrt(bend * (1.0 / n)) / h)
     usable = piece.both(piece.above(largest, 0.0), piece.finite([largest]))
     power = piece.trace.binary("pow", 0.01 / largest, 1.0 / (order + 1.0))
-    step = piece.choose(usable, piece.smallest(h * 100.0, power, piece.one("longest")), h * 1e-3)
-    begun = piece.finite(f)
+    return piece.choose(usable, piece.smallest(h * 100.0, power, piece.one("longest")), h * 1e-3)
+
+
+def start(rows: Rows, shape: Shape, entries: Entries, order: float, then: int) -> Piece:
+    """First evaluation and first step (Hairer, Norsett, Wanner 1993, section II.4); then: phase
+    that follows.
+    """
+    piece, n = Piece(rows, START), shape.states
+    t, y = piece.one("t"), piece.all("y")
+    penetration = piece.call(entries.films, t, y) if shape.films else []
+    scale, damping = sizes_of_films(
+        piece, shape, y, penetration, [0.0] * 2 * len(shape.films), piece.all("damping")
+    )
+    rates = piece.call(entries.rhs, t, y)
+    begun = piece.finite(rates)
     piece.set("f", *rates)
     piece.set("scale", *scale)
     piece.set("damping", *damping)
     piece.set("before", *penetration)
+    step = first_step(piece, entries, rates, scale, order) if n else piece.one("longest")
     piece.set("step", step)
     piece.set("base", *y[:n])
     piece.set("status", piece.choose(begun, 0.0, float(status.NOT_FINITE)))

@@ -83,6 +83,8 @@ SCENES = [
     ("four_bar", {"joints": "B,C", "oil": "B"}),
     ("six_bar_feeder", {"joints": "B,C,E", "oil": "C", "contact": "flores"}),
     ("six_bar_feeder", {"model": "mixed", "transition": "flores"}),
+    ("slider_crank", {"model": "ideal"}),
+    ("six_bar_feeder", {"model": "ideal"}),
 ]
 
 
@@ -94,7 +96,7 @@ def test_metrics(name, fixed, seed):
     of time of places that balance on a corner are rounding: 1e-8.
     """
     scene, columns, options = scenes(name, **fixed), points_of(name, seed), {"turns": 1.0}
-    options["method"] = "radau5" if {"oil", "model"} & set(fixed) else "dop853"
+    options["method"] = "radau5" if {"oil", "transition"} & set(fixed) else "dop853"
     ran, calm = Ran(scene, columns, **options), 0
     warnings = ran.together.warnings(columns, ran.answers, ran.points)
     for i in range(6):
