@@ -2,10 +2,11 @@
 
 Runs are prepared at some points all over the sweep: its corners, and points between. Each number of
 their starts belongs to one of three kinds. It is the same everywhere, or the scene of columns
-(values/columns.py) gives it, or it follows from one parameter and is prepared at each value. All
-else is put together from these by the formulas of the ordinary way. The numbers must be those
-prepared: bit for bit, or within a share of them. Where they are not, each start is prepared by
-itself, or the points are run one by one (`NotForLanes`).
+(values/columns.py) gives it, or it follows from one parameter and is prepared at each value. A
+typical speed comes from the rates at the start where it has to. All else is put together from these
+by the formulas of the ordinary way. The numbers must be those prepared: bit for bit, or within a
+share of them. Where they are not, each start is prepared by itself, or the points are run one by
+one (`NotForLanes`).
 """
 
 import itertools
@@ -16,6 +17,7 @@ from functools import reduce
 
 import numpy as np
 
+from clearance.lanes.lane_outputs import LaneOutputs
 from clearance.mechanism.assembly import size_of
 from clearance.mechanism.numbers import numbers_of
 from clearance.run.ideal_motion import moves
@@ -111,6 +113,7 @@ class PointNumbers:
     ):
         self.scene_of, self.prepared, self.columns, self.share = scene, prepared, columns, share
         self.alone, self.latest = alone, ({}, np.zeros((0, 0)))
+        self.rates: LaneOutputs | None = None  # of the bodies at the start, see `_frequency`
         self.values = {name: np.unique(column) for name, column in columns.items()}
         middle = {name: values[len(values) // 2].item() for name, values in self.values.items()}
         self.base = base or middle
@@ -192,10 +195,13 @@ class PointNumbers:
         and those that follow from one parameter.
         """
         varying = ~self._same(self.fixed, rows).all(axis=0)
-        try:
-            formed = varying & self._same(self._formed(swept), rows).all(axis=0)
-        except (ValueError, TypeError):  # a scene that takes no columns
-            formed = np.zeros_like(varying)
+        formed = varying & self._as_formed(swept, rows)
+        frequency = sum(self.sizes[: PARTS.index("scalars")]) + SCALARS.index("frequency")
+        if self.share and varying[frequency] and not formed[frequency]:
+            bodies = [b.key for b in self.run.mechanism.scene.bodies]
+            paths = [f"{body}/{name}" for name in ("omega", "vx") for body in bodies]
+            self.rates = LaneOutputs(self.run.mechanism, paths)
+            formed = varying & self._as_formed(swept, rows)
         self.formed = np.flatnonzero(formed)
         following: dict[str, list[int]] = {n: [] for n in self.columns}
         self.solved = np.flatnonzero(varying & ~formed) if self.alone else np.zeros(0, int)
@@ -210,6 +216,13 @@ class PointNumbers:
         self.following = {
             n: (places, self._scan(n)[:, places]) for n, places in following.items() if places
         }
+
+    def _as_formed(self, swept: dict[str, np.ndarray], rows: np.ndarray) -> np.ndarray:
+        """True for numbers that the scene of columns gives."""
+        try:
+            return self._same(self._formed(swept), rows).all(axis=0)
+        except (ValueError, TypeError):  # a scene that takes no columns
+            return np.zeros(rows.shape[1], bool)
 
     def _not_from_parameters(self) -> str:
         """The reason where a number neither is formed nor follows from one parameter."""
@@ -233,23 +246,28 @@ class PointNumbers:
         reach = [spot.reach for _, spot in scene.spots]
         size = size_of(scene)
         mass = sum(b.mass for b in scene.bodies)
-        scalars = [scene.turn or 0.0, self._frequency(scene, size), size, mass]
+        scalars = [scene.turn or 0.0, self._frequency(scene, size, numbers), size, mass]
         leaves = [v for _, v in leaves_of(scene.description()) if isinstance(v, float)]
         row = [*numbers, *start.state, *start.work, *sizes, *reach, *scalars, *leaves]
         count = len(next(iter(columns.values())))
         return np.column_stack([np.broadcast_to(values_of(number), count) for number in row])
 
-    def _frequency(self, scene: Scene, size: float) -> np.ndarray:
+    def _frequency(self, scene: Scene, size: float, numbers: list) -> np.ndarray:
         """Typical angular frequencies, see Mechanism.frequency: motions of the start are those of
-        the drive's speed.
+        the drive's speed, or as outputs give them.
         """
         mechanism, size = self.run.mechanism, values_of(size)
         start, drives = mechanism.start, mechanism.scene.drives
-        rates = [abs(v[2]) for v in start.velocity.values()]
-        rates += [abs(v[0]) / size for v in start.velocity.values()]
+        if self.rates is not None:
+            outputs = self.rates.at_start(np.array(np.broadcast_arrays(*map(values_of, numbers))))
+            spins, speeds = np.split(np.abs(outputs), 2)
+            rates = [*spins, *(speeds / size)]
+        else:
+            rates = [abs(v[2]) for v in start.velocity.values()]
+            rates += [abs(v[0]) / size for v in start.velocity.values()]
         rates += [abs(d.nominal) for d in drives if d.nominal]
         fastest = reduce(np.maximum, rates, 0.0)
-        if len(drives) == 1 and drives[0].speed:
+        if len(drives) == 1 and drives[0].speed and self.rates is None:
             before, speed = abs(drives[0].speed), np.abs(values_of(scene.drives[0].speed))
             # bit for bit where nothing is faster than the driven body
             fastest = np.where(fastest == before, speed, fastest * (speed / before))

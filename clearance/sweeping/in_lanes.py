@@ -36,7 +36,7 @@ from clearance.stepping import status
 from clearance.sweeping.definition import FEWEST, Definition
 from clearance.sweeping.journal import DONE, Outcome, Ways
 from clearance.sweeping.requested import Ladder, Reached
-from clearance.values.columns import Column
+from clearance.values.columns import Column, Mixed
 from clearance.values.spots import BLENDED
 
 EXACT = 1e-12  # share within which numbers of the starts are the same
@@ -413,7 +413,7 @@ class Lanes:
                     if left := len(block) - len(outcomes):
                         self.ways.left(self._reason(together), left)
                     yield outcomes
-            except NotForLanes as error:
+            except (NotForLanes, Mixed) as error:
                 self.ways.left(str(error), len(indices))
 
     @staticmethod

@@ -56,6 +56,17 @@ def drag_link(values):
     )
 
 
+def hung(values):
+    """A body on two springs, its start from two lengths."""
+    place = (values["rod"] + values["spring"], 0.0)
+    body = cl.Body("body", 1.0, 1e-3, points={"a": (0.05, 0.0), "b": (-0.05, 0.0)}, position=place)
+    springs = {"stiffness": 400.0, "damping": 1.0, "free_length": 0.1}
+    return cl.Scene(
+        cl.SpringDamper(cl.ground.at(0.0, 0.0), body["a"], name="one", **springs),
+        cl.SpringDamper(cl.ground.at(0.0, 0.5), body["b"], name="two", **springs),
+    )
+
+
 def drawn(seed, **middles):
     """Numbers within 1 % of those in the middle."""
     rng = np.random.default_rng(seed)
@@ -138,34 +149,63 @@ def test_requested_errors(tmp_path):
     assert (error <= 1e-5 * peak).all()
 
 
-def test_starts_that_are_solved(monkeypatch):
-    """A typical speed is that of the driven crank, which follows from all lengths. Long runs have
-    it prepared point by point, bit for bit; short ones take the ordinary way.
+def test_speeds_of_the_start():
+    """A typical speed is that of the driven crank, which follows from all lengths: the same within
+    1e-12, whatever runs beside, and metrics are those of the ordinary way.
     """
     columns = drawn(3, throw=0.1, follower=0.09)
-    with pytest.raises(NotForLanes, match="several parameters"):
-        Together(drag_link, columns, OPTIONS, None)
-    monkeypatch.setattr(in_lanes, "LONG", 0)
     together = Together(drag_link, columns, OPTIONS, None)
+    assert together.spread.rates is not None
+    points = together.points(columns)
+    answers = together.answers(points)
+    assert together.summing.sound(answers, points).all()
+    metrics = together.summing.metrics(answers, points)
+    for k in range(0, POINTS, 8):
+        at = {n: column[k].item() for n, column in columns.items()}
+        run = together.spread.prepared(at)
+        assert run.mechanism.frequency > 61.0
+        assert points.frequency[k] == pytest.approx(run.mechanism.frequency, rel=1e-12)
+        lone = together.points({n: column[k : k + 1] for n, column in columns.items()})
+        assert lone.frequency[0] == points.frequency[k]
+        for name, value in ordinary(drag_link, at, OPTIONS)[0].items():
+            assert metrics[name][k] == pytest.approx(value, rel=2e-4, abs=1e-9), name
+
+
+def test_starts_that_are_prepared(monkeypatch):
+    """A place of a body is a coordinate, which lengths decide. Long runs have it prepared point by
+    point, bit for bit; short ones take the ordinary way.
+    """
+    columns = drawn(3, rod=0.3, spring=0.2)
+    options = {"until": 0.5, "samples": 41}
+    with pytest.raises(NotForLanes, match="several parameters"):
+        Together(hung, columns, options, None)
+    monkeypatch.setattr(in_lanes, "LONG", 0)
+    together = Together(hung, columns, options, None)
     assert together.spread.solved.size
     points = together.points(columns)
     answers = together.answers(points)
     assert together.summing.sound(answers, points).all()
     for k in range(0, POINTS, 8):
         run = together.spread.prepared({n: column[k].item() for n, column in columns.items()})
-        assert points.frequency[k] == run.mechanism.frequency
+        np.testing.assert_array_equal(points.y[:, k], run.state.y)
 
 
 def test_a_point_that_cannot_be_prepared(monkeypatch):
     """It is left to the ordinary way, which gives the reason."""
     monkeypatch.setattr(in_lanes, "LONG", 0)
-    columns = drawn(3, throw=0.1, follower=0.09)
-    together = Together(drag_link, columns, OPTIONS, None)
-    broken = {n: column[:2].copy() for n, column in columns.items()}
-    broken["follower"][1] = 1.0
-    points = together.points(broken)
+    columns = drawn(3, rod=0.3, spring=0.2)
+    together, odd = Together(hung, columns, {"until": 0.5, "samples": 41}, None), columns["rod"][5]
+    usual = together.spread.prepared
+
+    def prepared(values):
+        if values["rod"] == odd:
+            raise ValueError("a loop cannot close")
+        return usual(values)
+
+    monkeypatch.setattr(together.spread, "prepared", prepared)
+    points = together.points(columns)
     sound = together.summing.sound(together.answers(points), points)
-    assert sound.tolist() == [True, False]
+    assert np.flatnonzero(~sound).tolist() == [5]
 
 
 def test_a_guide_that_turns():
