@@ -42,17 +42,17 @@ class LaneOutputs:
         width, count = self.width, numbers.shape[1]
         padded = np.arange(-(-count // width) * width) % count
         par, empty = with_derived(self.mechanism, numbers)[:, padded], np.zeros((1, width))
-        found = np.zeros((len(times), self.count, len(padded)))
+        outputs = np.zeros((len(times), self.count, len(padded)))
         for first in range(0, len(padded), width):
             lanes = slice(first, first + width)
-            block, out = np.ascontiguousarray(par[:, lanes]), np.zeros((*found.shape[:2], width))
+            block, out = np.ascontiguousarray(par[:, lanes]), np.zeros((*outputs.shape[:2], width))
             clock = np.ascontiguousarray(times[:, padded[lanes]])
             fixed = [a.ctypes.data for a in (empty, block, empty)]
             begin, into, data = (a.ctypes.data for a in (clock, out, self.data))
             for k in range(len(times)):
                 self.call(begin + k * clock.strides[0], *fixed, into + k * out.strides[0], data)
-            found[..., lanes] = out
-        return np.moveaxis(found, 1, 0)[..., :count]
+            outputs[..., lanes] = out
+        return np.moveaxis(outputs, 1, 0)[..., :count]
 
     def at_start(self, numbers: np.ndarray) -> np.ndarray:
         """Outputs where the mechanism starts: (outputs, points).
