@@ -148,7 +148,9 @@ class Steps:
     """Runs on the steps of a run at one tolerance, halved where a varied run cannot make one.
 
     longer: longest step over that of the run; first: the run with the tolerance and the method that
-        makes the steps, where it is prepared; record: of the run whose steps these are.
+        makes the steps, where it is prepared; shares: ends of given steps, over the length of the
+        run; record: of the run whose steps these are. Raises Impossible, and Refused where a given
+        step cannot be made.
     """
 
     def __init__(
@@ -159,14 +161,17 @@ class Steps:
         method: str,
         longer: float = 1.0,
         first: Run | None = None,
+        shares: np.ndarray | None = None,
     ):
         self.sensing, self.span, self.scene = sensing, run.span, run.mechanism.scene
         self.prepared = partial(self._prepared, run, rtol, method)
-        first, ends = first or self.prepared(self.scene), Ends()
+        first, ends, self.halvings = first or self.prepared(self.scene), Ends(), 0
         first.state.longest_step *= longer
         first.observers.append(ends)
+        if shares is not None:
+            first = Replay(first, shares * self.span.until, self.span.until)
         self.record = recorded(first)
-        self.ends, self.halvings = np.array(ends.times), 0
+        self.ends = np.array(ends.times) if shares is None else first.ends
         self.middle: dict[int, dict[str, Metric]] = {}  # without a change, by halvings
 
     def _prepared(self, run: Run, rtol: float, method: str, scene: Scene) -> Run:

@@ -10,6 +10,7 @@ from clearance.commands.common import (
     add_command,
     complain,
     json_text,
+    listed,
     log_to_terminal,
     number,
     seed_of,
@@ -51,8 +52,8 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument(
         "--noise",
         metavar="X",
-        help="standard deviation of an error of each value: 3mm, or 1%% of the range of the record "
-        "(default: that of the residuals)",
+        help="standard deviation of an error of a value: 3mm, or 1%% of the range of the record; "
+        "one, or one for each channel (default: that of the residuals)",
     )
     p.add_argument(
         "--settle",
@@ -64,13 +65,14 @@ def add(commands) -> argparse.ArgumentParser:
         "--nuisances",
         default="auto",
         metavar="NAMES",
-        help="of shift, offset, gain: those of each record that are fitted too, or none "
+        help="of shift, offset, gain, mounting: those of each record that are fitted too, or none "
         "(auto: the shift of records over time, where something turns)",
     )
     p.add_argument(
         "--lowpass",
         metavar="ORDER:CORNER",
-        help="Butterworth filter of the sensor, such as 2:1000 for a corner of 1000 Hz",
+        help="Butterworth filter of the sensor, such as 2:1000 for a corner of 1000 Hz, or one for "
+        "each channel: 2:1000,none",
     )
     p.add_argument("--starts", type=int, default=5, metavar="N", help="of the search (default 5)")
     p.add_argument("--seed", type=int, default=0, metavar="N", help="of the starts (0)")
@@ -104,7 +106,7 @@ def run(options) -> int:
             [_data(text, scene) for text in options.data],
             bounds,
             options.channels,
-            lowpass=lowpass(options.lowpass),
+            lowpass=[lowpass(text) for text in listed(options.lowpass) or ["none"]],
             seed=seed_of(options),
             **taken(options, "noise settle nuisances starts"),
             folder=options.output,
@@ -129,7 +131,9 @@ def lines(result, document: dict) -> list[str]:
     judged = result.verdict
     text = [f"{result.problem.scene.name}: {judged.samples} values of {len(result.curves)} records"]
     text += [f"  {shown(i)}" for i in judged.intervals]
-    text += [f"  {name:<24} {value:.4g}" for name, value in document["nuisances"].items()]
+    for name, (value, deviation, units) in result.nuisances.items():
+        unit = "" if units in ("?", "1") else f" {units}"
+        text.append(f"  {name} = {value:.4g}{unit} (deviation {deviation:.2g})")
     text += [f"  {line}" for line in judged.products]
     for i, row in enumerate(judged.correlation[: len(judged.intervals)]):
         pairs = ((judged.names[j], row[j]) for j in range(i))
@@ -153,8 +157,8 @@ def _data(text: str, scene) -> tuple[str, dict]:
 
 
 def lowpass(text: str | None) -> tuple[int, float] | None:
-    """Order and corner of a filter."""
-    if text is None:
+    """Order and corner of a filter; None for "none"."""
+    if text in (None, "none"):
         return None
     order, colon, corner = text.partition(":")
     if not colon or not order.isdigit():
@@ -167,7 +171,6 @@ def lowpass(text: str | None) -> tuple[int, float] | None:
 
 def _plan(options, scene, bounds: dict) -> int:
     """Print the intervals that planned records would give."""
-    from clearance.files.texts import listed
     from clearance.identify.fit_plan import plan
 
     lengths = [float(t) for t in listed(options.turns) or ["1"]]

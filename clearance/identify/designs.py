@@ -23,6 +23,7 @@ import numpy as np
 
 from clearance.accuracy.by_differences import Impossible
 from clearance.files.locks import locked
+from clearance.files.texts import listed
 from clearance.identify.free import Bounds, add_to_journal, bounded, journaled, saved
 from clearance.identify.optimum import (
     KEPT,
@@ -321,8 +322,8 @@ def optimize(
         ['clearance']
     """
     scene = load_case(scene)
-    goals = [Goal.of(g) for g in _listed(minimize)]
-    goals += [Goal(g.name, -g.sign) for g in map(Goal.of, _listed(maximize))]
+    goals = [Goal.of(g) for g in listed(minimize) or ()]
+    goals += [Goal(g.name, -g.sign) for g in map(Goal.of, listed(maximize) or ())]
     if len(goals) not in (1, 2):
         raise ValueError(f"optimize needs one or two goals, got {len(goals)}")
     for name, value, least in (("starts", starts, 1), ("designs", designs, 3)):
@@ -337,7 +338,9 @@ def optimize(
     options = {n: v for n, v in options.items() if v is not None}
     design = _Swept(scene, free, options, settle, _tolerances(scene, tolerance or {}))
     goals = [Goal(design.name_of(g.name), g.sign) for g in goals]
-    search = _Search(design, tuple(goals), _limits(design, _listed(limits)), share, starts, seed)
+    search = _Search(
+        design, tuple(goals), _limits(design, listed(limits) or ()), share, starts, seed
+    )
     search.designs, search.progress = designs, progress
     if folder is None:
         with tempfile.TemporaryDirectory() as aside:
@@ -368,10 +371,6 @@ class _Swept(Design):
             swept = sweep(case, points, folder, channels=[], settle=self.settle, **self.options)
             table = {n: metric_of(swept, n, self).tolist() for n in self.wanted}
         return [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)]
-
-
-def _listed(texts: str | Sequence[str]) -> list[str]:
-    return [texts] if isinstance(texts, str) else list(texts)
 
 
 def _tolerances(scene: Scene, tolerance: Mapping[str, float | str]) -> dict[str, float]:
@@ -459,7 +458,7 @@ class _Search:
         values = ", ".join(f"{n} = {v:.4g}" for n, v in self.design.values(end.x).items())
         raise ValueError(
             f"optimize: no design between the bounds keeps {worst.text}{margin}: the nearest has "
-            f"{point.values[worst.name]:.4g}, at {values}"
+            f"{point.values[worst.name]:.6g}, at {values}"
         )
 
     def _kept(self, make: Callable[[], Solved]) -> Solved:

@@ -3,6 +3,7 @@
 import csv
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,15 +11,14 @@ import numpy as np
 
 from clearance.files.texts import unpacked_text
 from clearance.values.checks import meant
-from clearance.values.units import UNITS
+from clearance.values.units import UNITS, plain
 
 HEADING = re.compile(r"^\s*(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?\s*$")
 #: units of data beside those of the command line -> (SI unit, factor)
 MORE_UNITS = {
-    "gn": ("m/s2", 9.80665),
-    "mm/s2": ("m/s2", 1e-3),
-    "turns": ("rad", 2.0 * math.pi),
-    "°": ("rad", math.pi / 180.0),
+    "g": ("m/s2", 9.80665),
+    **dict.fromkeys(("turns", "rev"), ("rad", 2.0 * math.pi)),
+    "deg/s2": ("rad/s2", math.pi / 180.0),
     **{unit: (unit, 1.0) for unit in ("rad/s2", "m3/s", "m3", "A", "V")},
 }
 ALL_UNITS = UNITS | MORE_UNITS
@@ -45,35 +45,46 @@ class Measured:
 def read(path: str | Path, column: str | None = None) -> Measured:
     """A record from a CSV file.
 
-    The first row has names with units, as "time [ms], a [m/s2]" or "time_ms, a_m_s2"; commas,
-    semicolons or tabs stand between cells; lines that begin with # are passed over. One column is
-    time, or the angle of the drive; column: name of the values, where there are several. Units
-    become SI ones. The file may be compressed by gzip.
+    The first row has names with units, as "time [ms], a [m/s2]" or "time_ms, a_m_s2"; units may
+    stand in the second row. Commas, semicolons or tabs stand between cells; lines that begin with #
+    are passed over. One column is time, or the angle of the drive: that of such a name, else the
+    first one with a unit of them. Angles may begin anew after each turn. column: name of the
+    values, where there are several. Units become SI ones. The file may be compressed by gzip.
     Raises ValueError, with file and line, for what is no such record.
     """
     path = Path(path)
-    lines = unpacked_text(path).splitlines()
+    lines = unpacked_text(path).removeprefix("\ufeff").splitlines()
     rows = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"]
     if len(rows) <= FEWEST:
         raise ValueError(
             f"{path}: a header and at least {FEWEST} rows are needed, got {len(rows)} lines"
         )
     split = next((s for s in "\t;," if s in rows[0][1]), ",")
-    cells = [(i, _cells(path, i, line, split)) for i, line in rows]
-    headings = [_heading(path, cells[0][0], cell) for cell in cells[0][1]]
-    names = [name for name, _, _ in headings]
-    x_at = next((i for i, (n, kind, _) in enumerate(headings) if _along(n, kind)), None)
-    if x_at is None:
-        raise ValueError(f"{path}: no column is time or angle; columns: {', '.join(names)}")
+    (line, first), *cells = [(i, _cells(path, i, line, split)) for i, line in rows]
+    second = cells[0][1]
+    if len(second) == len(first) and all(_number(cell) is None for cell in second):
+        pairs, cells = zip(first, second, strict=True), cells[1:]
+        first = [f"{name} [{unit.strip('[] ')}]" for name, unit in pairs]
+    names = [_parts(cell)[0] for cell in first]
+    places = [i for i, cell in enumerate(first) if _along(cell) and names[i] != column]
+    named = [i for i in places if _named(names[i])]
+    if not places:
+        raise ValueError(
+            f"{path}: no column is time or angle, by its name or its unit; columns: "
+            f"{', '.join(names)}"
+        )
+    x_at = (named or places)[0]
     y_at = _column(path, names, x_at, column)
-    columns = _numbers(path, cells[1:], len(names))
-    along = "time" if _along(*headings[x_at][:2]) == "s" else "angle"
-    x = columns[:, x_at] * headings[x_at][2] / (1.0 if along == "time" else 2.0 * math.pi)
+    (_, kind, factor), (name, units, size) = (_heading(path, line, first[i]) for i in (x_at, y_at))
+    x, values = _numbers(path, cells, (x_at, y_at)).T
+    along = "angle" if "rad" in (kind, _named(names[x_at])) else "time"
+    x = x * factor / (2.0 * math.pi if along == "angle" else 1.0)
+    if along == "angle":
+        x = x + np.append(0.0, np.cumsum(np.diff(x) < -0.5))
     if not (np.diff(x) > 0.0).all():
-        row = int(np.argmax(np.diff(x) <= 0.0)) + 2
+        row = int(np.argmax(np.diff(x) <= 0.0)) + 1
         raise ValueError(f"{path}:{cells[row][0]}: {names[x_at]} must grow from row to row")
-    name, units, factor = headings[y_at]
-    return Measured(path, name, units, along, x, columns[:, y_at] * factor)
+    return Measured(path, name, units, along, x, values * size)
 
 
 def _cells(path: Path, i: int, line: str, split: str) -> list[str]:
@@ -84,17 +95,30 @@ def _cells(path: Path, i: int, line: str, split: str) -> list[str]:
         raise ValueError(f"{path}:{i}: {error}") from None
 
 
+def _number(cell: str) -> float | None:
+    """The number of a cell, whose decimal comma is read where it does not part cells."""
+    try:
+        return float(cell.strip().replace(",", "."))
+    except ValueError:
+        return None
+
+
+def _parts(cell: str) -> tuple[str, str]:
+    """Name and unit of a column; "" where there is none."""
+    match = HEADING.match(cell)
+    unit = next((u for u in match.groups()[1:] if u is not None), "")
+    return match[1], plain(unit or _ending(match[1])[1])
+
+
 def _heading(path: Path, line: int, cell: str) -> tuple[str, str, float]:
     """Name, SI unit and factor of a column; the unit is "?" where there is none."""
-    match = HEADING.match(cell)
-    unit = next((u for u in match.groups()[1:] if u is not None), "").replace(" ", "")
-    unit = unit or _ending(match[1])[1]
+    name, unit = _parts(cell)
     if unit in ("", "-", "1"):
-        return match[1], "?" if unit == "" else "1", 1.0
+        return name, "?" if unit == "" else "1", 1.0
     if unit not in ALL_UNITS:
         answer = f"{meant(unit, ALL_UNITS)}; known: {', '.join(ALL_UNITS)}"
-        raise ValueError(f"{path}:{line}: column {match[1]!r}: unknown unit {unit!r}{answer}")
-    return match[1], *ALL_UNITS[unit]
+        raise ValueError(f"{path}:{line}: column {name!r}: unknown unit {unit!r}{answer}")
+    return name, *ALL_UNITS[unit]
 
 
 def _ending(name: str) -> tuple[str, str]:
@@ -102,15 +126,22 @@ def _ending(name: str) -> tuple[str, str]:
     parts = name.split("_")
     for first in range(max(len(parts) - 3, 1), len(parts)):
         for mark in ("/", ""):
-            if (unit := mark.join(parts[first:])) in ALL_UNITS:
+            if (unit := plain(mark.join(parts[first:]))) in ALL_UNITS:
                 return "_".join(parts[:first]), unit
     return name, ""
 
 
-def _along(name: str, units: str) -> str | None:
-    """SI unit of the column that a record runs along; None for other columns."""
-    expected = ALONG.get(_ending(name)[0].lower().replace("_", " "))
-    return expected if expected is not None and units in (expected, "?") else None
+def _named(name: str) -> str | None:
+    """SI unit of a column that a record runs along by its name; None for others."""
+    base = _ending(name)[0]
+    return ALONG.get(base.lower().replace("_", " ") if len(base) > 1 else base)
+
+
+def _along(cell: str) -> bool:
+    """True for a column of time or angle, by its name or its unit."""
+    name, unit = _parts(cell)
+    named, kind = _named(name), ALL_UNITS.get(unit, (unit or "?",))[0]
+    return kind in (named, "?") if named else kind in ALONG.values()
 
 
 def _column(path: Path, names: list[str], x_at: int, column: str | None) -> int:
@@ -118,22 +149,23 @@ def _column(path: Path, names: list[str], x_at: int, column: str | None) -> int:
     others = [i for i in range(len(names)) if i != x_at]
     listed = ", ".join(names[i] for i in others)
     if column is not None:
-        if column not in [names[i] for i in others]:
+        same = [i for i in others if column in (names[i], _ending(names[i])[0])]
+        if not same:
             raise ValueError(f"{path}: no column {column!r}{meant(column, names)}; it has {listed}")
-        return names.index(column)
+        return same[0]
     if len(others) != 1:
         raise ValueError(f"{path}: name one of its columns: {listed or 'none'}")
     return others[0]
 
 
-def _numbers(path: Path, rows: list[tuple[int, list[str]]], count: int) -> np.ndarray:
-    """Rows of a record as numbers; decimal commas are read where they do not part cells."""
-    values = np.empty((len(rows), count))
+def _numbers(path: Path, rows: list[tuple[int, list[str]]], places: Sequence[int]) -> np.ndarray:
+    """Columns at places as numbers, (rows, columns)."""
+    values = np.empty((len(rows), len(places)))
     for row, (line, cells) in zip(values, rows, strict=True):
-        try:
-            row[:] = [float(cell.strip().replace(",", ".")) for cell in cells]
-        except ValueError:
-            raise ValueError(f"{path}:{line}: expected {count} numbers, got {cells}") from None
+        numbers = [_number(cells[i]) if i < len(cells) else None for i in places]
+        if None in numbers:
+            raise ValueError(f"{path}:{line}: expected {len(places)} numbers, got {cells}")
+        row[:] = numbers
         if not np.isfinite(row).all():
             raise ValueError(f"{path}:{line}: expected finite numbers, got {cells}")
     return values

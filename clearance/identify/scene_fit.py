@@ -1,11 +1,13 @@
 """Parameters of a mechanism from its records, by least squares on the dense output of its runs.
 
-    r_i = (y_i - g Y(x_i + s; p) - o) / sigma        p: parameters; s, o, g: of a record
+    r_i = (y_i - g Y(x_i + s, a; p) - o) / sigma        p: parameters; s, o, g, a: of a record
 
-Y is a channel of the run, between its samples by cubics; sigma the error of a value. Positive
+Y is a channel of the run, between its samples by cubics, as a sensor has it that is mounted at an
+angle a; sigma the error of a value. Positive
 parameters are searched for in their logarithms, within their bounds, by a trust region (scipy)
 with the slopes of runs that make the same steps (`accuracy.by_differences.Steps`). Shift s, offset
-o and gain g of a record are fitted beside them where that is requested. Where sigma is not known it
+o, gain g and angle a of a record are fitted beside them where that is requested. Records of x and y
+of one place have one angle. Where sigma is not known it
 is that of the residuals. Several starts: Sobol' points between the bounds; the best of them are
 followed to the end.
 
@@ -27,9 +29,10 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from clearance.accuracy.by_differences import WIDTH, Impossible, Steps, reason_without, recorded
+from clearance.accuracy.fixed_steps import Refused
 from clearance.identify.free import Beside, Free, Varying
 from clearance.identify.measured import Measured
-from clearance.metrics.sensor import filtered
+from clearance.metrics.sensor import crossed, filtered, turned
 from clearance.results.record import cubic
 from clearance.results.recorder import MemoryRecord
 from clearance.run.run import Run
@@ -43,21 +46,25 @@ FEWEST = 5  # values of a record before its horizon, over the number of coordina
 PARTED = 0.05  # change of slopes with the width of their differences, from which runs have parted
 # relative changes of the cost at which the first parts of records, a start, an end and the best end
 # are left
-LEADING, STARTING, FINISH, LAST = 1e-3, 1e-4, 1e-6, 1e-9
+LEADING, STARTING, FINISH, LAST = 1e-3, 1e-4, 1e-6, 1e-8
+NO_STEP = 0.2  # the same of a start, over the number of residuals: the square of a deviation
 REFUSED = 4.0  # costs over the least, from which an end is no rival
+WEAK = 1e-6  # of singular values of slopes: directions that the linear step leaves
 NEAR = 0.02  # of the bounds: starts that end so near to each other may have one end
 MOST, MOST_LEADING = 100, 12  # evaluations of one start, and of a first part
 LOOKED = 16  # points between the bounds at which the cost is looked at, a start
 SETTLE = 2.0  # turns before a record, where nothing else is requested
 SAMPLES = 720  # of a turn, at least; between them by cubics
-ROOM = 0.1  # of a record where nothing turns, by which it may be shifted
+# of a record where nothing turns, or of a turn, by which it may be shifted; before its start a run
+ROOM = 0.1  # has its first values
 LENGTH = 2000  # samples of a record where nothing turns, at least
 ROUNDING = 1e-9  # of a number of samples
 PLACES = 256  # of a shift that is looked for over one turn
 FIRST, EARLY = 0.1, 0.05  # of records, and of a turn: first parts that lead to all of them
 GROWTH = 1.5  # of these parts
 ROUNDS = 3  # of weights from residuals, where several records have unknown errors
-SHIFT, OFFSET, GAIN = NUISANCES = ("shift", "offset", "gain")
+BOTH, BESIDE = (-1, 1), (0, 1)  # places of runs that slopes are taken from, and those of a search
+SHIFT, OFFSET, GAIN, MOUNTING = NUISANCES = ("shift", "offset", "gain", "mounting")
 
 
 @dataclass(frozen=True)
@@ -76,6 +83,11 @@ class Curve:
     nuisances: tuple[str, ...] = ()
     lowpass: tuple[int, float] | None = None
     changes: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def sensor(self) -> tuple:
+        """The sensor, which has two directions: its file and channel without x or y."""
+        return self.measured.path, self.channel[:-1]
 
     @property
     def label(self) -> str:
@@ -141,13 +153,19 @@ class Problem(Varying):
         ]
         self.sigma = [c.sigma or float(np.std(c.measured.values)) or 1.0 for c in self.curves]
         self.scales = list(self.sigma)  # of the offsets
-        self.nuisances = [(i, n) for i, c in enumerate(self.curves) for n in c.nuisances]
-        self._last: tuple[np.ndarray, list] | None = None
+        sensors: dict[tuple, int] = {}
+        self.nuisances = [
+            (i, n)
+            for i, c in enumerate(self.curves)
+            for n in c.nuisances
+            if n != MOUNTING or sensors.setdefault(c.sensor, i) == i
+        ]
+        self._last: tuple[np.ndarray, list, dict] | None = None  # a point, its runs and slopes
         self.evaluations, self.reason = 0, ""
         self.remarks: list[str] = []  # about the stretch that is fitted
         self.touching = any(j.impacts for j in scene.joints)
         self.rtol, self.density = RTOL_APART if self.touching else RTOL, 1
-        self.places = (-1, 1)  # between which slopes are taken, in widths
+        self.shares: dict[tuple, np.ndarray] = {}  # ends of given steps, over the length of a run
         self.methods: dict[tuple, str] = {}  # of groups that have runs with steps of another
         self._check()
 
@@ -174,6 +192,8 @@ class Problem(Varying):
                 if path not in units:
                     hint = checks.meant(curve.channel, units)
                     raise ValueError(f"fit: the scene has no channel {curve.channel!r}{hint}")
+                if MOUNTING in curve.nuisances and (across := crossed(path)[0]) not in units:
+                    raise ValueError(f"fit: mounting of {path}: the scene has no channel {across}")
                 if curve.measured.units not in ("?", units[path]):
                     reason = f"is in {curve.measured.units}, {curve.channel} in {units[path]}"
                     raise ValueError(f"{curve.label} {reason}")
@@ -189,9 +209,11 @@ class Problem(Varying):
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Of the coordinates."""
         ends = [*map(tuple, self.ends)]
-        early = min(self.settle, 1.0) * self.turn if self.turn else self.settle
         late = self.turn or ROOM * max(c.measured.x[-1] for c in self.curves)
+        early = min(self.settle, 1.0) * self.turn if self.turn else self.settle
+        early = early or (ROOM * self.turn if self.turn else late)
         limits = {SHIFT: (-early, late), OFFSET: (-math.inf, math.inf), GAIN: (0.1, 10.0)}
+        limits[MOUNTING] = -math.pi, math.pi
         ends += [limits[n] for _, n in self.nuisances]
         low, high = np.array(ends).T
         return low, high
@@ -232,7 +254,8 @@ class Problem(Varying):
         run = self.run_of(x, group.changes)
         if self.touching:
             return _Apart(Beside(self, x, group.changes), run)
-        return Steps(Beside(self, x, group.changes), run, self.rtol, run.method.text, first=run)
+        beside, shares = Beside(self, x, group.changes), self.shares.get(_key(group.changes))
+        return Steps(beside, run, self.rtol, run.method.text, first=run, shares=shares)
 
     def with_runs(self, rtol: float, density: int = 1) -> "Problem":
         """The same with runs to another tolerance, and samples so many times as dense."""
@@ -240,57 +263,75 @@ class Problem(Varying):
         problem._last, problem.rtol, problem.density = None, rtol, self.density * density
         return problem
 
-    def one_sided(self, rtol: float) -> "Problem":
-        """The same for a search, with slopes from the run and one beside it."""
-        problem = self.with_runs(rtol)
-        problem.places = (0, 1)
+    def along(self, x: np.ndarray) -> "Problem":
+        """The same with all runs on the steps of those at x: its cost has no jumps."""
+        if self.touching:
+            return self
+        problem, groups = copy(self), zip(self.groups, self._at(x), strict=True)
+        problem.shares = {_key(g.changes): s.ends / s.span.until for g, s in groups}
         return problem
 
     def loose(self) -> "Problem":
-        """The same with coarser runs and slopes on one side, for starts.
-
-        It is as it is where contact starts with a touch.
-        """
-        return self if self.touching else self.one_sided(LEADING_RTOL)
+        """The same with coarser runs, for starts; itself where contact starts with a touch."""
+        return self if self.touching else self.with_runs(LEADING_RTOL)
 
     # --- residuals
     def _at(self, x: np.ndarray) -> list[Steps]:
         """Runs of a point, one for each group."""
         if self._last is None or not np.array_equal(self._last[0], x):
             self.evaluations += 1
-            self._last = x.copy(), [self._steps(x, g) for g in self.groups]
+            self._last = x.copy(), [self._steps(x, g) for g in self.groups], {}
         return self._last[1]
 
     def _nuisance(self, x: np.ndarray, curve: int, name: str, still: float) -> float:
         """A nuisance of a curve; `still` where it is not fitted."""
-        if (curve, name) not in self.nuisances:
-            return still
-        return float(x[len(self.free) + self.nuisances.index((curve, name))])
+        for column, (i, n) in enumerate(self.nuisances, len(self.free)):
+            if n == name and curve in self._sharing(i, n):
+                return float(x[column])
+        return still
 
-    def computed(self, record: MemoryRecord, curve: int, shift: float) -> np.ndarray:
-        """The channel of a run where a curve has its values; shift [s]."""
+    def _sharing(self, i: int, name: str) -> list[int]:
+        """Curves that share a nuisance of one."""
+        if name != MOUNTING:
+            return [i]
+        return [k for k, c in enumerate(self.curves) if c.sensor == self.curves[i].sensor]
+
+    def computed(
+        self, record: MemoryRecord, curve: int, shift: float, angle: float = 0.0
+    ) -> np.ndarray:
+        """The channel of a run where a curve has its values; shift [s], of a sensor at an angle."""
         about = self.curves[curve]
         values = about.measured.x
         if about.measured.along == "angle":
             times = record.time_at(values + self.settle)
         else:
             times = values + self.settle * (record.turn or 1.0)
-        return self.sensed(record, curve, times + shift)
+        return self.sensed(record, curve, times + shift, angle)
 
-    def sensed(self, record: MemoryRecord, curve: int, times: np.ndarray) -> np.ndarray:
-        """The channel of a run at times [s], through the filter of its sensor."""
+    def sensed(
+        self, record: MemoryRecord, curve: int, times: np.ndarray, angle: float = 0.0
+    ) -> np.ndarray:
+        """The channel of a run at times [s], of a sensor at an angle [rad], through its filter."""
         about = self.curves[curve]
-        series = filtered(record.time, record.sizes(about.channel), about.lowpass)
+        series = filtered(record.time, turned(record, about.channel, angle), about.lowpass)
         return cubic(record.time, series, np.clip(times, record.time[0], record.time[-1]))
 
     def modelled(self, record: MemoryRecord, curve: int, x: np.ndarray) -> np.ndarray:
         """The values that a curve would have, with its nuisances."""
-        shift = self._nuisance(x, curve, SHIFT, 0.0)
         gain, offset = self._nuisance(x, curve, GAIN, 1.0), self._nuisance(x, curve, OFFSET, 0.0)
-        return gain * self.computed(record, curve, shift) + offset * self.scales[curve]
+        return gain * self.computed(record, curve, *self._sensor(x, curve)) + (
+            offset * self.scales[curve]
+        )
+
+    def _sensor(self, x: np.ndarray, curve: int) -> tuple[float, float]:
+        """Shift [s] and mounting angle [rad] of a curve."""
+        return self._nuisance(x, curve, SHIFT, 0.0), self._nuisance(x, curve, MOUNTING, 0.0)
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
-        """Modelled less measured values over sigma; nan where a run fails, which refuses a step."""
+        """Modelled less measured values over sigma; nan where a run fails, which refuses a step.
+
+        Raises Refused where one cannot make the steps that were given.
+        """
         try:
             steps = self._at(x)
         except (Impossible, ValueError, ArithmeticError) as reason:
@@ -363,12 +404,20 @@ class Problem(Varying):
         part.remarks = remarks
         return part
 
-    def jacobian(self, x: np.ndarray, places: tuple[int, int] | None = None) -> np.ndarray:
+    def jacobian(self, x: np.ndarray, places: tuple[int, int] = BOTH) -> np.ndarray:
         """Slopes of the residuals (m, p) between places, in widths; the run itself stands at 0.
 
         Raises Impossible where a run beside fails.
         """
-        places = places or self.places
+        self._at(x)
+        slopes = self._last[2]
+        if places not in slopes:
+            slopes[places] = self._slopes(x, places)
+        sigma = np.repeat(self.sigma, [len(c.measured.values) for c in self.curves])
+        return slopes[places] / sigma[:, None]
+
+    def _slopes(self, x: np.ndarray, places: tuple[int, int]) -> np.ndarray:
+        """Slopes of modelled values (m, p)."""
         slopes = np.zeros((self.size, len(x)))
         wide = (places[1] - places[0]) * self.width
         for group, steps in zip(self.groups, self._at(x), strict=True):
@@ -376,23 +425,25 @@ class Problem(Varying):
                 ends = {0: steps.record} | steps.around(self.free[k], [n for n in places if n])
                 for i in group.curves:
                     low, high = (self.modelled(ends[n], i, x) for n in places)
-                    slopes[self.rows[i], k] = (high - low) / (wide * self.sigma[i])
-            for column, (i, name) in enumerate(self.nuisances, len(self.free)):
-                if i in group.curves:
-                    slope = self._by_nuisance(steps.record, i, name, x)
-                    slopes[self.rows[i], column] = slope / self.sigma[i]
+                    slopes[self.rows[i], k] = (high - low) / wide
+            for column, (first, name) in enumerate(self.nuisances, len(self.free)):
+                for i in set(self._sharing(first, name)) & set(group.curves):
+                    slopes[self.rows[i], column] = self._by_nuisance(steps.record, i, name, x)
         return slopes
 
     def _by_nuisance(self, record: MemoryRecord, i: int, name: str, x: np.ndarray) -> np.ndarray:
         """Slopes of modelled values by a nuisance of their curve."""
         if name == OFFSET:
             return np.full(len(self.curves[i].measured.values), self.scales[i])
-        shift = self._nuisance(x, i, SHIFT, 0.0)
+        shift, angle = self._sensor(x, i)
         if name == GAIN:
-            return self.computed(record, i, shift)
+            return self.computed(record, i, shift, angle)
+        gain = self._nuisance(x, i, GAIN, 1.0)
+        if name == MOUNTING:
+            return gain * self.computed(record, i, shift, angle + 0.5 * math.pi)
         step = 0.25 * (record.time[-1] - record.time[0]) / (len(record.time) - 1)
-        ends = [self.computed(record, i, shift + way * step) for way in (1, -1)]
-        return self._nuisance(x, i, GAIN, 1.0) * (ends[0] - ends[1]) / (2.0 * step)
+        ends = [self.computed(record, i, shift + way * step, angle) for way in (1, -1)]
+        return gain * (ends[0] - ends[1]) / (2.0 * step)
 
     # --- solutions
     def shifted(self, x: np.ndarray) -> np.ndarray:
@@ -423,8 +474,12 @@ class Problem(Varying):
         finish: float = FINISH,
         most: int = MOST,
     ) -> "Solved":
-        """The least cost from a start; held: coordinates that stay at values; most: evaluations."""
-        held = dict(held or {})
+        """The least cost from a start; held: coordinates that stay at values; most: evaluations.
+
+        The last steps of a search go along the steps of its first run, and a linear one behind them
+        brings its rounding. Where a run cannot make these, the search ends as one before.
+        """
+        held, places = dict(held or {}), BESIDE if finish > LAST else BOTH
         moving = np.array([k for k in range(len(x)) if k not in held], int)
         begin = x.copy()
         for k, value in held.items():
@@ -442,11 +497,12 @@ class Problem(Varying):
             return Solved(complete(inside), math.inf, self.evaluations - before, False)
         if not moving.size:
             return self.priced(begin)
+        search = self if finish > LAST else self.along(complete(inside))
         try:
             solution = least_squares(
-                lambda y: self.residuals(complete(y)),
+                lambda y: search.residuals(complete(y)),
                 inside,
-                lambda y: self.jacobian(complete(y))[:, moving],
+                lambda y: search.jacobian(complete(y), places)[:, moving],
                 (low, high),
                 x_scale="jac",
                 ftol=finish,
@@ -454,11 +510,19 @@ class Problem(Varying):
                 gtol=finish,
                 max_nfev=most,
             )
+        except Refused:
+            return self.solved(x, held, FINISH, most)
         except Impossible as reason:
             self.reason = str(reason)
             return Solved(complete(inside), math.inf, self.evaluations - before, False)
-        count = self.evaluations - before
-        return Solved(complete(solution.x), float(solution.cost), count, solution.status > 0)
+        end = Solved(complete(solution.x), float(solution.cost), 0, solution.status > 0)
+        if search is not self:
+            self.evaluations = search.evaluations
+            free, y = solution.active_mask == 0, solution.x.copy()
+            y[free] += np.linalg.lstsq(solution.jac[:, free], -solution.fun, rcond=WEAK)[0]
+            end = self.priced(complete(np.clip(y, low, high)))
+            end = replace(end, converged=solution.status > 0)
+        return replace(end, evaluations=self.evaluations - before)
 
     def priced(self, x: np.ndarray) -> "Solved":
         """A point with its cost, as an end."""
@@ -512,7 +576,8 @@ class Problem(Varying):
         for share in self._shares():
             before = self.first(share).solved(x, finish=LEADING, most=MOST_LEADING)
             x = before.x if math.isfinite(before.cost) else x
-        return self.solved(x, finish=FINISH if self.touching else STARTING)
+        loose = max(STARTING, NO_STEP / self.size)
+        return self.solved(x, finish=FINISH if self.touching else loose)
 
     def _shares(self) -> Iterator[float]:
         """Shares of the records that lead to all of them; none where all have one minimum."""

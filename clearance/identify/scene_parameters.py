@@ -16,7 +16,9 @@ from clearance.identify.free import Bounds, add_to_journal, bounded, journaled, 
 from clearance.identify.measured import Measured, read
 from clearance.identify.run_errors import refined, weighted
 from clearance.identify.scene_fit import (
+    MOUNTING,
     NUISANCES,
+    OFFSET,
     REFUSED,
     SHIFT,
     BehindHorizon,
@@ -26,7 +28,7 @@ from clearance.identify.scene_fit import (
 )
 from clearance.identify.turn_statistics import by_statistics, reason_without
 from clearance.identify.verdict import Interval, Verdict, verdict
-from clearance.metrics.sensor import deviation
+from clearance.metrics.sensor import crossed, deviation
 from clearance.results.result import Result
 from clearance.run.progress_bar import watched
 from clearance.scene.catalogue import AnyCase, load_case
@@ -69,6 +71,18 @@ class SceneFit(Celled):
         """Parameters with their 95 % intervals, by name."""
         return {i.name: i for i in self.verdict.intervals}
 
+    @property
+    def nuisances(self) -> dict[str, tuple[float, float, str]]:
+        """Fitted numbers of the sensors: value, standard deviation and units, by name."""
+        problem, first, rows = self.problem, len(self.problem.free), {}
+        deviations = np.sqrt(np.diag(self.verdict.covariance))  # those of statistics have none
+        parts = zip(problem.names, self.best.x, deviations, strict=False)
+        for (name, x, sd), (i, kind) in zip(list(parts)[first:], problem.nuisances, strict=False):
+            units = {SHIFT: "s", MOUNTING: "rad", OFFSET: problem.curves[i].measured.units}
+            size = problem.scales[i] if kind == OFFSET else 1.0
+            rows[name] = float(size * x), float(size * sd), units.get(kind, "1")
+        return rows
+
     @cached_property
     def scene(self) -> Scene:
         """The scene with the fitted parameters."""
@@ -87,10 +101,9 @@ class SceneFit(Celled):
     def document(self) -> dict:
         """All of it as plain data."""
         judged, problem = self.verdict, self.problem
-        beside = problem.names[len(problem.free) :], self.best.x[len(problem.free) :].tolist()
         return {
             "parameters": {i.name: i._asdict() for i in judged.intervals},
-            "nuisances": dict(zip(*beside, strict=True)),
+            "nuisances": {name: value for name, (value, _, _) in self.nuisances.items()},
             "correlation": judged.correlation.tolist(),
             "names": judged.names,
             "inseparable": judged.products,
@@ -153,7 +166,7 @@ def fit(
     noise: float | str | Sequence[float | str] | None = None,
     settle: float | None = None,
     nuisances: str | Iterable[str] = AUTO,
-    lowpass: tuple[int, float] | None = None,
+    lowpass: tuple[int, float] | Sequence[tuple[int, float] | None] | None = None,
     starts: int = STARTS,
     seed: int = 0,
     folder: str | Path | None = None,
@@ -168,10 +181,11 @@ def fit(
     channels: of the run, such as "bodies/slider/ax", each in the column of its name, or as
         "bodies/slider/ax=COLUMN". noise: standard deviation of a value's error, one or one for each
         channel, in SI or over the range of a record ("1%"). None takes that of the residuals.
-    settle: turns of a run before its records begin (2; 0 s where nothing turns). nuisances: of
-        "shift", "offset", "gain", those of each record that are fitted too; "auto" is the shift of
-        records over time, of scenes that turn. lowpass: order and corner [Hz] of the sensor's
-        Butterworth filter, which the computed channel gets as well.
+    settle: turns of a run before its records begin (2; 0 s where nothing turns). nuisances: what is
+        unknown of each sensor, of "shift", "offset", "gain" and "mounting". That is the angle of a
+        sensor of x, y or both. "auto" is the shift of records over time, of scenes that turn.
+        lowpass: order and corner [Hz] of the sensor's Butterworth filter, which the computed
+        channel has as well; one, or a list of one for each channel.
     starts: points the search begins from; seed: of these. folder: of the fit; an interrupted
         one goes on there. progress: called with the share of starts that have ended.
     Raises ValueError for records and parameters that do not fit the scene, before anything runs,
@@ -284,23 +298,34 @@ def _curves(scene: Scene, data, channels, noise, nuisances, lowpass) -> list[Cur
     paths = listed(channels) or []
     if not paths:
         raise ValueError("fit: give at least one channel, such as bodies/slider/ax")
-    noises = noise if isinstance(noise, list | tuple) else [noise] * len(paths)
-    if len(noises) != len(paths):
-        raise ValueError(f"fit: noise needs one number, or {len(paths)}, one a channel")
+    noises = _each("noise", listed(noise) if isinstance(noise, str) else noise, paths)
+    filters = _each("lowpass", [lowpass] if isinstance(lowpass, tuple) else lowpass, paths)
     many = isinstance(data, list) or (isinstance(data, tuple) and not _changed(data))
     curves = []
     for source in data if many else [data]:
         source, changes = source if isinstance(source, tuple) else (source, {})
-        for text, error in zip(paths, noises, strict=True):
+        for text, error, filtering in zip(paths, noises, filters, strict=True):
             path, equals, column = text.partition("=")
             record = source
             if not isinstance(source, Measured):
                 record = read(source, column if equals else None)
-            wanted = _nuisances(nuisances, record, scene)
+            path, wanted = path.strip(), _nuisances(nuisances, record, scene)
+            if not path.endswith(("x", "y")):
+                wanted = tuple(n for n in wanted if n != MOUNTING)
             curves.append(
-                Curve(record, path.strip(), _sigma(error, record), wanted, lowpass, dict(changes))
+                Curve(record, path, _sigma(error, record), wanted, filtering, dict(changes))
             )
+    if MOUNTING in nuisances and not any(MOUNTING in c.nuisances for c in curves):
+        crossed(path)
     return curves
+
+
+def _each(word: str, values, paths: Sequence[str]) -> Sequence:
+    """Values of channels, one for all or one for each. Raises ValueError."""
+    values = values if isinstance(values, list | tuple) else [values]
+    if len(values) not in (1, len(paths)):
+        raise ValueError(f"fit: {word} needs one value, or {len(paths)}, one a channel")
+    return values if len(values) == len(paths) else [*values] * len(paths)
 
 
 def _changed(data: tuple) -> bool:

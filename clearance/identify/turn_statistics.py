@@ -21,7 +21,7 @@ from scipy.special import chdtrc
 
 from clearance.accuracy.by_differences import Impossible, recorded
 from clearance.identify.estimation import spread
-from clearance.identify.scene_fit import Problem, Solved
+from clearance.identify.scene_fit import SHIFT, Problem, Solved
 from clearance.identify.verdict import DOUBTFUL, TOGETHER, Interval, Verdict
 from clearance.metrics.statistics import BATCHES, student
 from clearance.results.record import cubic
@@ -48,8 +48,8 @@ def reason_without(problem: Problem) -> str:
         return f"statistics need at least {FEWEST} turns, and the record has {turns_of(problem)}"
     if not problem.stated:
         return "statistics need the noise of the sensor, which is in them: give noise"
-    if any(n in ("offset", "gain") for _, n in problem.nuisances):
-        return "offset and gain cannot be fitted to statistics"
+    if any(n != SHIFT for _, n in problem.nuisances):
+        return "offset, gain and mounting cannot be fitted to statistics"
     if len(problem.groups) > 1:
         return "statistics are fitted to records of one condition"
     return ""

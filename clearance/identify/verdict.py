@@ -209,11 +209,10 @@ class Judge:
         limit = float(self.problem.bounds[way > 0][k])
         x, begin = float(self.best.x[k]), self.best.x
         inside, beyond, at = 0.0, math.inf, self.quantile * sd
-        search = self.problem.one_sided(self.problem.rtol)
         reached = 0.0
         for _ in range(TRIES):
             at = min(at, abs(limit - x))
-            solved = search.solved(begin, {k: x + way * at}, most=MOST_LEADING)
+            solved = self.problem.solved(begin, {k: x + way * at}, most=MOST_LEADING)
             reached = math.sqrt(max(2.0 * (solved.cost - self.best.cost) / self.variance, 0.0))
             if abs(reached - self.quantile) < CLOSE * self.quantile:
                 break

@@ -1,21 +1,71 @@
-"""A sensor: its filter, and the noise of its values."""
+"""A sensor: the angle of its mounting, its filter, and the noise of its values."""
 
+import math
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
-from scipy.signal import butter, sosfilt
+from scipy.signal import butter, cont2discrete, lfilter, lfilter_zi
 
 from clearance.values import checks
 from clearance.values.units import quantity
 
+PASSES = 1e3  # corner over the rate of values, from which a filter changes nothing
+ROUNDING = 1e-9  # of a pole
+
 
 def filtered(time: np.ndarray, values: np.ndarray, lowpass: tuple[int, float] | None) -> np.ndarray:
-    """Values at even times [s] through a Butterworth filter; lowpass: order and corner [Hz]."""
+    """Values at even times [s] through an analog Butterworth filter; lowpass: order, corner [Hz].
+
+    Each pole, or pair of them, is exact for a signal that is straight between its values: the
+    corner may lie above their rate. Before, the sensor has seen the first value for long.
+    Source: Franklin, Powell and Workman, Digital Control (1998), section 6.3, triangle hold.
+    """
     if lowpass is None:
         return values
-    order, corner = lowpass
-    rate = (len(time) - 1) / float(time[-1] - time[0])
-    return sosfilt(butter(order, corner, fs=rate, output="sos"), values)
+    step = float(time[-1] - time[0]) / (len(time) - 1)
+    for b, a, still in _sections(*lowpass, float(f"{step:.12g}")):
+        values = lfilter(b, a, values, zi=values[0] * still)[0]
+    return values
+
+
+@lru_cache(maxsize=64)
+def _sections(order: int, corner: float, step: float) -> list[tuple[np.ndarray, ...]]:
+    """Numerator, denominator and state at rest of each pole or pair; none of a corner that is far
+    above the rate of values.
+    """
+    sections = []
+    if not 2.0 * math.pi * corner * step < PASSES:
+        return sections
+    for pole in butter(order, 2.0 * math.pi * corner, analog=True, output="zpk")[1]:
+        size = abs(pole)
+        if pole.imag < -ROUNDING * size:
+            continue  # the other one of a pair
+        pair = pole.imag > ROUNDING * size
+        analog = ([size**2], [1.0, -2.0 * pole.real, size**2]) if pair else ([size], [1.0, size])
+        (b,), a, _ = cont2discrete(analog, step, "foh")
+        sections.append((b, a, lfilter_zi(b, a)))
+    return sections
+
+
+def crossed(channel: str) -> tuple[str, float]:
+    """The channel across a directed one, and the sign with which a turned sensor has it.
+
+    Raises ValueError for a channel without a direction.
+    """
+    axis = channel[-1:]
+    if axis not in ("x", "y"):
+        raise ValueError(f"{channel} has no direction: its sensor has no mounting angle")
+    return channel[:-1] + ("y" if axis == "x" else "x"), 1.0 if axis == "x" else -1.0
+
+
+def turned(record, channel: str, angle: float = 0.0) -> np.ndarray:
+    """A channel of a record as a sensor has it that is mounted at an angle [rad] to its axis."""
+    values = record.sizes(channel)
+    if not angle:
+        return values
+    across, sign = crossed(channel)
+    return math.cos(angle) * values + sign * math.sin(angle) * record.sizes(across)
 
 
 def deviation(

@@ -590,7 +590,7 @@ class Recorder:
             **{
                 n: sums.totals[self.place[p]] / sums.rows
                 for p, n in means.items()
-                if p in self.place
+                if p in self.place and self.rows
             },
         )
 

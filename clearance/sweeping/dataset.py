@@ -7,7 +7,6 @@ gives the same bytes with the same version on the same kind of processor.
 """
 
 import json
-import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
@@ -16,7 +15,7 @@ import numpy as np
 
 from clearance.files.locks import replacing
 from clearance.files.texts import listed, markdown
-from clearance.metrics.sensor import deviation, filtered
+from clearance.metrics.sensor import crossed, deviation, filtered, turned
 from clearance.results.reading import checked
 from clearance.results.tables import (
     FORMAT_VERSION,
@@ -65,7 +64,7 @@ def dataset(
         its default. fixed: other parameters. turns: of a record, after `settle` turns. noise:
         standard deviation in SI, or over the range of each record ("1%"). lowpass: order and corner
         [Hz] of a Butterworth filter. mounting: standard deviation [rad] of the angle at which a
-        sensor of a direction is mounted, drawn for each record. workers, progress: see `sweep`.
+        sensor of x, y or both is mounted, drawn for each record. workers, progress: see `sweep`.
     A point that fails has nan in its records, and its reason among the labels. Raises ValueError
     for input that is wrong, before anything runs.
     """
@@ -110,17 +109,6 @@ def column_of(channel: str) -> str:
     return channel.replace("/", "_")
 
 
-def crossed(channel: str) -> tuple[str, float]:
-    """The channel across a directed one, and the sign with which a turned sensor has it.
-
-    Raises ValueError for a channel without a direction.
-    """
-    axis = channel[-1:]
-    if axis not in ("x", "y"):
-        raise ValueError(f"dataset: {channel} has no direction: its sensor has no mounting angle")
-    return channel[:-1] + ("y" if axis == "x" else "x"), 1.0 if axis == "x" else -1.0
-
-
 def usual(case, fixed: Mapping[str, object]) -> dict[str, tuple]:
     """Ranges of the parameters that are drawn by default."""
     described = find_case(case)
@@ -139,11 +127,12 @@ def _written(folder: Path, runs: Sweep, names, about: dict, noise, lowpass) -> P
     angles = {n: np.full(count, np.nan) for n in names}
     for index in np.flatnonzero(runs.done):
         random = np.random.default_rng([about["seed"], int(index)])
-        mounted = np.random.default_rng([about["seed"], int(index), 1])
+        mounted, sensors = np.random.default_rng([about["seed"], int(index), 1]), {}
         with runs.run(int(index)) as run:
             for name in names:
-                angles[name][index] = angle = mounted.normal(0.0, about["mounting"])
-                values = _sensed(run, name, lowpass, angle)[-length - 1 : -1]
+                angle = sensors.setdefault(name[:-1], mounted.normal(0.0, about["mounting"]))
+                angles[name][index] = angle
+                values = filtered(run.time, turned(run, name, angle), lowpass)[-length - 1 : -1]
                 sizes[name][index] = sigma = _noise(noise, values)
                 records[name][index] = values + random.normal(0.0, sigma, length)
                 part = name if name in run else f"{name}_x"
@@ -177,15 +166,6 @@ def _written(folder: Path, runs: Sweep, names, about: dict, noise, lowpass) -> P
     with replacing(folder / CARD) as temporary:
         temporary.write_text(card(runs, names, units, facts | about), encoding="utf-8")
     return path
-
-
-def _sensed(run, name: str, lowpass, angle: float = 0.0) -> np.ndarray:
-    """A channel of a run through the filter of a sensor, which is mounted at an angle [rad]."""
-    values = run.sizes(name)
-    if angle:
-        across, sign = crossed(name)
-        values = math.cos(angle) * values + sign * math.sin(angle) * run.sizes(across)
-    return filtered(run.time, values, lowpass)
 
 
 def _noise(noise: float | str, values: np.ndarray) -> float:

@@ -28,6 +28,8 @@ UNITS = {
     "m/s": ("m/s", 1.0),
     "mm/s": ("m/s", 1e-3),
     "m/s2": ("m/s2", 1.0),
+    "mm/s2": ("m/s2", 1e-3),
+    "gn": ("m/s2", 9.80665),
     "Pas": ("Pa s", 1.0),
     "P": ("Pa s", 0.1),
     "mPas": ("Pa s", 1e-3),
@@ -89,7 +91,7 @@ _KINDS = {kind for kind, _ in UNITS.values()}
 DECIMAL_DIGITS = 6
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _UNIT = r"[A-Za-zµ°][\w/.µ°*· ]*|(?<=\s)1/\w+"
-_BETWEEN = str.maketrans("", "", " .*·")  # signs in units that change nothing
+_BETWEEN = str.maketrans("²³", "23", " .*·^")  # signs in units that change nothing
 _QUANTITY = re.compile(rf"\s*([-+]?{_NUMBER})\s*({_UNIT})?\s*$")
 _WITH_UNIT = re.compile(rf"{_NUMBER}\s*({_UNIT})")
 
@@ -149,7 +151,7 @@ def quantity(text: str, units: str | None = None) -> float:
     number, unit = match.groups()
     if unit is None:
         return float(number)
-    unit = plain(unit)
+    unit = "gn" if units == "m/s2" and unit == "g" else plain(unit)
     if unit not in UNITS:
         raise ValueError(
             f"unknown unit {unit!r} in {text!r}{meant(unit, UNITS)}; known: {', '.join(UNITS)}"

@@ -92,7 +92,10 @@ def test_a_record_over_the_angle(run, tmp_path):
     ("text", "reason"),
     [
         ("time [s],a [m/s2]\n0,1\n1,2\n", "at least 4 rows"),
-        ("x [mm],a [m/s2]\n0,1\n1,2\n2,3\n3,4\n", "no column is time or angle; columns: x, a"),
+        (
+            "x [mm],a [m/s2]\n0,1\n1,2\n2,3\n3,4\n",
+            "time or angle, by its name or its unit; columns: x, a",
+        ),
         ("time [s],a [m/s3]\n0,1\n1,2\n2,3\n3,4\n", "bad.csv:1: column 'a': unknown unit 'm/s3'"),
         ("time [s],a [m/s2]\n0,1\n1,x\n2,3\n3,4\n", "bad.csv:3: expected 2 numbers"),
         ("time [s],a [m/s2]\n0,1\n2,2\n1,3\n3,4\n", "bad.csv:4: time must grow"),
@@ -129,6 +132,27 @@ def test_decimal_commas_and_semicolons(tmp_path):
     assert record.x[0] == 5e-4
     assert record.values[0] == 1.25
     assert record.units == "m/s2"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Winkel [°];T [foo];a_x [m/s²];b\n" + "{};;{};ok\n" * 6,
+        "phi,T,a_x,b\ndeg,foo,m/s^2,-\n" + "{},,{},ok\n" * 6,
+        "\ufeffshaft_deg,T,a_x (m/s2),b\n" + "{},hot,{},1\n" * 6,
+    ],
+)
+def test_columns_of_loggers(tmp_path, text):
+    """An angle by its unit, which begins anew after a turn; units in a row of their own, with signs
+    of powers; columns that nobody reads may have any unit and any text.
+    """
+    path = tmp_path / "d.csv"
+    pairs = [(90 * k % 360, 0.5 * k) for k in range(6)]
+    path.write_text(text.format(*(number for pair in pairs for number in pair)), encoding="utf-8")
+    record = read(path, "a_x")
+    assert (record.along, record.units) == ("angle", "m/s2")
+    np.testing.assert_allclose(record.x, np.arange(6) / 4.0)
+    np.testing.assert_allclose(record.values, 0.5 * np.arange(6))
 
 
 def test_the_command(run, tmp_path, typed):
