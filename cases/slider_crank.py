@@ -20,6 +20,8 @@ INERTIA = 8e-4
 def scene(
     *,
     speed: float = cl.rpm(5000),
+    throw: float = 0.05,
+    rod_length: float = 0.12,
     guide_clearance: float = 0.1e-3,
     options: cl.JointOptions = cl.JointOptions(
         clearance=0.5e-3,
@@ -34,16 +36,18 @@ def scene(
     """Slider-crank, crank angle 0 (outer dead centre) at t = 0.
 
     speed: crank speed; of finite drives the set or idling speed [rad/s]
+    throw: length of the crank, which keeps its mass [m]
+    rod_length: length of the rod, which keeps its mass [m]
     guide_clearance: clearance of the guide on either side of the slider [m]
     clearance: radial clearance of joint C [m]
     joints: clearance joints, "C" (between rod and slider), "guide" or both [-]
     drive: speed (prescribed), pi, motor, kloss or dc, or with parameters as motor(stall=5,
         no_load=69.1) [-]
     """
-    crank = cl.Body(
-        "crank", mass=0.30, inertia=6.25e-5, points={"shaft": (-0.025, 0), "pin": (0.025, 0)}
-    )
-    rod = cl.Body("rod", mass=0.21, inertia=2.5e-4, points={"pin": (-0.06, 0), "slider": (0.06, 0)})
+    ends = {"shaft": (-0.5 * throw, 0), "pin": (0.5 * throw, 0)}
+    crank = cl.Body("crank", mass=0.30, inertia=6.25e-5, points=ends)
+    ends = {"pin": (-0.5 * rod_length, 0), "slider": (0.5 * rod_length, 0)}
+    rod = cl.Body("rod", mass=0.21, inertia=2.5e-4, points=ends)
     slider = cl.Body("slider", mass=0.14, inertia=1e-5, points={"pin": (0, 0)})
     factory = options.factory(
         ("C", "guide"), radius=BEARING_RADIUS - options.clearance, length=BEARING_LENGTH

@@ -30,6 +30,10 @@ MARK = "<!-- lanes table -->"
 FEEDER = {"case": "six_bar_feeder"}
 FILM, MIXED = FEEDER | {"model": "lubricated"}, FEEDER | {"model": "mixed", "viscosity": 0.005}
 DRY, CRANK = FEEDER | {"model": "dry"}, {"case": "slider_crank", "model": "dry"}
+OILED = CRANK | {"model": "lubricated", "film": "pinkus_sternlicht", "speed": 40.0}
+#: least and largest values of what is swept, of the clearance their logarithms
+NUMBERS = {"speed": (cl.rpm(60), cl.rpm(600)), "clearance": np.log([2e-5, 5e-4])}
+LENGTHS = {"throw": (0.0495, 0.0505), "rod_length": (0.119, 0.121)}
 SCENES = {
     "B, 2 turns": (FILM, "B", 2.0, 400),
     "B, 20 turns": (FILM, "B", 20.0, 100),
@@ -41,36 +45,45 @@ SCENES = {
     "mixed B, C and E, 2 turns": (MIXED, "B,C,E", 2.0, 100),
     "dry B, 2 turns": (DRY, "B", 2.0, 400),
     "dry slider-crank, C, 2 turns": (CRANK, "C", 2.0, 400),
+    "its lengths, dry": (CRANK | {"speed": 40.0}, "C", 2.0, 400, None, LENGTHS),
+    "its lengths, lubricated": (OILED, "C", 2.0, 400, None, LENGTHS),
 }
 ORDINARY = 36  # points that are run the ordinary way: dry ones differ in their contacts
 ROUNDS = 3
-SPEEDS = (cl.rpm(60), cl.rpm(600))
-CLEARANCES = (2e-5, 5e-4)
 
 
 class Sweep:
     """Points of a case, both ways."""
 
     def __init__(
-        self, model: dict, joints: str, turns: float, count: int, error: str | None = None
+        self,
+        model: dict,
+        joints: str,
+        turns: float,
+        count: int,
+        error: str | None = None,
+        numbers: dict = NUMBERS,
     ):
-        rng = np.random.default_rng(1)
+        rng, self.count = np.random.default_rng(1), count
         self.fixed, self.turns, self.error = model | {"joints": joints}, turns, error
         self.case = find_case(self.fixed.pop("case"))
-        self.speed = rng.uniform(*SPEEDS, count)
-        self.clearance = np.exp(rng.uniform(*np.log(CLEARANCES), count))
+        self.columns = {n: rng.uniform(*ends, count) for n, ends in numbers.items()}
+        if "clearance" in numbers:
+            self.columns["clearance"] = np.exp(self.columns["clearance"])
         began = time.process_time()
-        columns = {"speed": self.speed, "clearance": self.clearance}
-        options = {"turns": turns}
         self.together = Together(
-            lambda values: self.case.scene(**self.fixed, **values), columns, options, None, error
+            lambda values: self.case.scene(**self.fixed, **values),
+            self.columns,
+            {"turns": turns},
+            None,
+            error,
         )
         self.set_up = time.process_time() - began
 
     def lanes(self) -> float:
         """CPU seconds of a point in lanes."""
         began, together = time.process_time(), self.together
-        for first in range(0, len(self.speed), together.block):
+        for first in range(0, self.count, together.block):
             places = slice(first, first + together.block)
             columns = {n: v[places] for n, v in together.columns.items()}
             points = together.points(columns)
@@ -81,11 +94,11 @@ class Sweep:
             together.warnings(columns, answers, points)
             if self.error is not None:
                 together.errors(columns, answers)
-        return (time.process_time() - began) / len(self.speed)
+        return (time.process_time() - began) / self.count
 
     def ordinary(self, folder: str) -> float:
         """CPU seconds of a point as workers run it, without a file."""
-        points = cl.zipped(speed=self.speed[:ORDINARY], clearance=self.clearance[:ORDINARY])
+        points = cl.zipped(**{n: v[:ORDINARY] for n, v in self.columns.items()})
         options = {"turns": self.turns, "error": self.error}
         defined = define(self.case.name, points, self.fixed, [], 0, None, (), options)
         definitions.write(defined, Path(folder))
