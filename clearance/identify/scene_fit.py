@@ -279,8 +279,11 @@ class Problem(Varying):
     def _at(self, x: np.ndarray) -> list[Steps]:
         """Runs of a point, one for each group."""
         if self._last is None or not np.array_equal(self._last[0], x):
-            self.evaluations += 1
-            self._last = x.copy(), [self._steps(x, g) for g in self.groups], {}
+            p, before = len(self.free), self._last
+            same = before is not None and np.array_equal(before[0][:p], x[:p])
+            self.evaluations += not same
+            steps = before[1] if same else [self._steps(x, g) for g in self.groups]
+            self._last = x.copy(), steps, {}
         return self._last[1]
 
     def _nuisance(self, x: np.ndarray, curve: int, name: str, still: float) -> float:
@@ -563,7 +566,7 @@ class Problem(Varying):
         return float(np.sum(errors**2)) if np.isfinite(errors).all() else math.inf
 
     def followed(self, x: np.ndarray) -> "Solved":
-        """The least cost from a start, whose shifts are looked for first.
+        """The least cost from a start, whose shifts are looked for first, and at its end.
 
         Where contact starts with a touch, or nothing turns evenly, the first parts of the records
         lead to all of them: later parts have many minima.
@@ -576,8 +579,13 @@ class Problem(Varying):
         for share in self._shares():
             before = self.first(share).solved(x, finish=LEADING, most=MOST_LEADING)
             x = before.x if math.isfinite(before.cost) else x
-        loose = max(STARTING, NO_STEP / self.size)
-        return self.solved(x, finish=FINISH if self.touching else loose)
+        finish = FINISH if self.touching else max(STARTING, NO_STEP / self.size)
+        end = self.solved(x, finish=finish)
+        if any(n == SHIFT for _, n in self.nuisances) and math.isfinite(end.cost):
+            x = self.shifted(end.x)
+            if self.priced(x).cost < end.cost:
+                end = self.solved(x, finish=finish)
+        return end
 
     def _shares(self) -> Iterator[float]:
         """Shares of the records that lead to all of them; none where all have one minimum."""

@@ -488,6 +488,18 @@ def test_the_clock_of_a_record_without_turns_is_looked_for():
     assert actual.best.x[1] == pytest.approx(late, abs=1e-3)
 
 
+@pytest.mark.parametrize("late", [0.05, 0.3])
+def test_a_sensor_that_comes_late_sees_the_rest_before(late):
+    """A record from the start of a motion through a delay, with another minimum a period further:
+    to 1e-6, for runs are integrated to 1e-7.
+    """
+    data = record(TIMES, exact(np.maximum(TIMES - late, 0.0), 20.0))
+    bounds = {FIRST: (2.0, 60.0)}
+    actual = fit(oscillator(16.0), data, bounds, "bodies/block/x", nuisances="shift", starts=1)
+    assert actual.values[FIRST] == pytest.approx(20.0, rel=1e-6)
+    assert actual.nuisances["shift of record 1"][0] == pytest.approx(-late, abs=1e-6)
+
+
 def test_a_plan_is_the_information_of_the_closed_form():
     """Half widths by the closed form's slopes, to 1 %: noise is a share of the run's range."""
     rows = plan(
