@@ -29,6 +29,7 @@ from clearance.run.options import (
     Demand,
     Output,
     Solver,
+    Span,
     affordable,
     longest_step,
     span_of,
@@ -305,9 +306,9 @@ def prepare(
     solver = Solver(rtol, method, max_step, max_steps)
     opened = opened if start is None else (*opened_by(start), *opened)
     mechanism = build(scene, ledger=energy, opened=opened)
-    span = span_of(
-        scene, turns=turns, until=until, samples=samples, samples_per_turn=samples_per_turn
-    )
+    asked = {"turns": turns, "until": until, "samples": samples}
+    asked["samples_per_turn"] = samples_per_turn
+    span = _span(mechanism, asked)
     if demanded is not None:
         steps = span.until / (max_step or longest_step(mechanism, span))
         demanded(mechanism, Demand(span.samples, min(steps, max_steps or steps)))
@@ -325,6 +326,15 @@ def prepare(
     if start is not None:
         run.start_from(start)
     return run
+
+
+def _span(mechanism: Mechanism, asked: dict) -> Span:
+    """The length of a run; the scene remembers it for the same arguments."""
+    make = partial(span_of, mechanism.scene, **asked)
+    try:
+        return mechanism.remembered(("span", *asked.values(), *map(type, asked.values())), make)
+    except TypeError:  # an argument without a hash
+        return make()
 
 
 def write(
@@ -491,8 +501,11 @@ def hole_warnings(mechanism: Mechanism) -> list[str]:
         return []
     from clearance.run.force_hole import hole_warning
 
-    inertia = sum(b.mass for b in mechanism.scene.bodies) * mechanism.acceleration
-    return [*filter(None, (hole_warning(j, mechanism.frequency, inertia) for j in joints))]
+    def made() -> list[str]:
+        inertia = sum(b.mass for b in mechanism.scene.bodies) * mechanism.acceleration
+        return [*filter(None, (hole_warning(j, mechanism.frequency, inertia) for j in joints))]
+
+    return mechanism.remembered(("holes",), made)
 
 
 def cost_warnings(mechanism: Mechanism) -> list[str]:

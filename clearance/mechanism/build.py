@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import zip_longest
 
 import numpy as np
@@ -14,6 +14,7 @@ from clearance.elements.element import Element, Spot
 from clearance.laws.law import BoundLaw, DataLaw
 from clearance.machine.callback import Callback
 from clearance.mechanism.assembly import Start, assemble
+from clearance.mechanism.kept import kept
 from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.loops import check_reach, mode
 from clearance.mechanism.numbers import Numbers
@@ -261,20 +262,23 @@ def _lasting(mechanism: Mechanism) -> bool:
 def _assembled(scene: Scene, ledger: bool, opened: Collection[str]) -> Mechanism:
     """The mechanism of a scene."""
     numbers = Numbers(scene)
-    start = assemble(scene, numbers)
-    extra = [j for j in scene.soft_joints if j.name in opened and j not in start.measured]
-    start = replace(start, measured=(*start.measured, *extra))
+    start, extra = _started(scene, numbers, opened)
     plan, cut, way = _plans(scene, numbers, start.measured)
     for group in (*plan.groups, *cut.groups):
         check_reach(group, start.size)
     names = tuple(p.name for p in scene.parts)
     trace = numbers.signature, way, ledger
+
+    def traced() -> Structure:
+        return _traced(scene, plan, cut, start.measured, ledger)
+
+    again = partial(_again, ledger=ledger, opened=[scene.positions[j.key] for j in extra])
     structure = _shared(
         _structures,
         (trace, names),
-        lambda: _shared(
-            _structures, (trace,), lambda: _traced(scene, plan, cut, start.measured, ledger)
-        ).named(names),
+        lambda: _shared(_structures, (trace,), lambda: kept(trace, scene, traced, again)).named(
+            names
+        ),
     )
     _check_friction(scene, structure)
     sources = _sources(scene)
@@ -286,6 +290,21 @@ def _assembled(scene: Scene, ledger: bool, opened: Collection[str]) -> Mechanism
     )
     mechanism.blend()
     return mechanism
+
+
+def _started(scene: Scene, numbers: Numbers, opened: Collection[str]) -> tuple[Start, list]:
+    """The start of a scene, and joints that are opened besides those that are measured anyway."""
+    start = assemble(scene, numbers)
+    extra = [j for j in scene.soft_joints if j.name in opened and j not in start.measured]
+    return replace(start, measured=(*start.measured, *extra)), extra
+
+
+def _again(scene: Scene, ledger: bool, opened: list[int]) -> Structure:
+    """The structure of a scene, traced; opened: positions of joints."""
+    numbers = Numbers(scene)
+    start, _ = _started(scene, numbers, [scene.parts[i].name for i in opened])
+    plan, cut, _ = _plans(scene, numbers, start.measured)
+    return _traced(scene, plan, cut, start.measured, ledger)
 
 
 def _shared(memory: dict, key: tuple, make: Callable):

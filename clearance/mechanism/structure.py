@@ -14,8 +14,8 @@ The layout holds the places in y, par, work and out.
 
 import hashlib
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from weakref import WeakValueDictionary
 
@@ -29,10 +29,11 @@ from clearance.mechanism.topology import Plan
 from clearance.scene.scene import Scene
 from clearance.tracing import kernels
 from clearance.tracing.emission import Program, derive_text, kernel_text
-from clearance.tracing.function import Expansion, Opaque
+from clearance.tracing.function import Answer, Expansion, Opaque
 from clearance.tracing.interpreter import fingerprint
 from clearance.tracing.trace import DerivedParameters, Trace, is_value
 from clearance.values import checks
+from clearance.values.later import Later
 
 
 @dataclass(frozen=True)
@@ -198,10 +199,12 @@ class Structure:
     programs: kernels by role; derive fills the derived parameters. modes: names of assembly modes.
     forced: joints with friction whose rate is decided by forces.
     rubs, iterates: joint friction, and such as is solved for. spatial: loads out of the plane.
-    names: of its parts, by their positions; its programs have marks instead.
+    names: of its parts, by their positions; its programs have marks instead. formulas: text of
+    derive; written: texts of the kernels, with marks; alone: they call nothing that stands outside
+    of them; takes_moments: a kernel of several moments pays.
     """
 
-    programs: dict[str, Program]
+    programs: Mapping[str, Program]
     layout: Layout
     modes: tuple[str, ...]
     derive: Callable
@@ -209,6 +212,10 @@ class Structure:
     rubs: bool
     iterates: bool
     spatial: bool
+    formulas: str = field(repr=False)
+    written: Mapping[str, str] = field(repr=False)
+    alone: bool
+    takes_moments: bool
     names: tuple[str, ...] = ()
 
     def named(self, names: tuple[str, ...]) -> "Structure":
@@ -233,13 +240,13 @@ class Structure:
 
     def fuse_stages(self) -> None:
         """Compile what only many steps pay for."""
-        if kernels.takes_moments(self.programs["rhs"]):
+        if self.takes_moments:
             self.kernel("moments")
 
     def _made(self, role: str) -> Callable:
-        if role != "moments":
-            return kernels.kernel(self.programs[role], self.codes[role])
-        return kernels.moments(self.programs["rhs"], self.codes["rhs"], store.MOMENTS)
+        if role == "moments":
+            return kernels.moments(lambda: self.programs["rhs"], self.codes["rhs"], store.MOMENTS)
+        return kernels.kernel(lambda: self.programs[role], self.codes[role], self.alone)
 
     @property
     def together(self) -> bool:
@@ -248,7 +255,7 @@ class Structure:
             return True
         steps = self.compiled.steps
         pays = steps > HOT or (steps > WARM and self._moments_stored)
-        return pays and kernels.takes_moments(self.programs["rhs"])
+        return pays and self.takes_moments
 
     @cached_property
     def _moments_stored(self) -> bool:
@@ -258,16 +265,15 @@ class Structure:
     @cached_property
     def compiled(self) -> Compiled:
         """Compiled kernels by role; structures that differ in names only share them."""
-        apart = {f for p in self.programs.values() for f in p.functions if isinstance(f, Opaque)}
+        programs = () if self.alone else self.programs.values()
+        apart = {f for p in programs for f in p.functions if isinstance(f, Opaque)}
         key = self.digest, frozenset(fingerprint(f.function) for f in apart)
         return _compiled.setdefault(key, Compiled())
 
     @cached_property
     def texts(self) -> dict[str, str]:
         """Source of each kernel by role."""
-        names = {f"par[{i}]": name for name, i in self.layout.parameters.items()}
-        texts = {role: kernel_text(program, names) for role, program in self.programs.items()}
-        return {role: named(text, self.names) for role, text in texts.items()}
+        return {role: named(text, self.names) for role, text in self.written.items()}
 
     @cached_property
     def digest(self) -> str:
@@ -325,11 +331,18 @@ class Tracing:
                 f"{e.key}/{name}" for e, values in self.work.followed.items() for name in values
             ),
         )
+        names = {f"par[{i}]": name for name, i in self.index.items()}
+        programs = self.programs
+        called = [f for program in programs.values() for f in program.functions]
         return Structure(
-            programs=self.programs,
+            programs=programs,
             layout=layout,
             modes=tuple(self.modes),
             derive=self.derive,
+            formulas=self.formulas,
+            written=Later(lambda: {r: kernel_text(p, names) for r, p in programs.items()}),
+            alone=not any(isinstance(f, Opaque | Answer) for f in called),
+            takes_moments=kernels.takes_moments(self.programs["rhs"]),
             forced=frozenset(self.forced),
             rubs=bool(self.friction.efforts),
             iterates=self.friction.iterations is not None,
@@ -476,7 +489,8 @@ class Tracing:
             )
             for r in roles
         }
-        self.derive = kernels.plain(derive_text(self.slots.place))["derive"]
+        self.formulas = derive_text(self.slots.place)
+        self.derive = kernels.plain(self.formulas)["derive"]
 
     def _jacobian(self) -> tuple[dict[int, object], int]:
         """Entries of the Jacobian by place, and 0; where they are very many, a column of it and the

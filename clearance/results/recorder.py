@@ -21,6 +21,7 @@ import numpy as np
 from clearance.elements.regimes import Regime
 from clearance.results.extremes import JOINT_EXTREMES, Extreme, Extremes, Integrals
 from clearance.results.record import Record
+from clearance.values.later import Later
 
 ROOM = 1_000_000  # numbers that are held in memory
 
@@ -127,33 +128,6 @@ SOLVER_COLUMNS = {
     "step": ("s", "step size"),
     "error_estimate": ("1", "estimated local error over tolerance"),
 }
-
-
-class Later(Mapping):
-    """A mapping that is made where somebody looks into it; make: makes it."""
-
-    def __init__(self, make: Callable[[], Mapping]):
-        self._make: Callable[[], Mapping] | None = make
-
-    @cached_property
-    def _made(self) -> Mapping:
-        made, self._make = self._make(), None
-        return made
-
-    def __getitem__(self, key):
-        return self._made[key]
-
-    def __iter__(self):
-        return iter(self._made)
-
-    def __len__(self) -> int:
-        return len(self._made)
-
-    def __or__(self, other: Mapping) -> dict:
-        return {**self, **other}
-
-    def __ror__(self, other: Mapping) -> dict:
-        return {**other, **self}
 
 
 class Ranges:

@@ -17,7 +17,7 @@ import numpy as np
 
 from clearance.files.locks import replacing, temporary_file
 from clearance.results.reading import ABOUT, MemoryReader, checked
-from clearance.results.recorder import EVENT_COLUMNS, SOLVER_COLUMNS, Later, Memory, Ranges, Samples
+from clearance.results.recorder import EVENT_COLUMNS, SOLVER_COLUMNS, Memory, Ranges, Samples
 from clearance.results.result import DIMENSIONS, EVENT_TEXTS, HeldResult, MemoryResult, Result
 from clearance.results.stream import (
     FULL,
@@ -34,6 +34,7 @@ from clearance.results.stream import (
     spots,
 )
 from clearance.results.tables import Group
+from clearance.values.later import Later
 
 if TYPE_CHECKING:  # what files alone need
     from clearance.results.hdf5_image import Attributes, Image

@@ -125,7 +125,7 @@ class RadialLoads:
     def kernel(self, name: str) -> Callable:
         """A program compiled."""
         program = self.program(name)
-        return kernel(program, kernel_text(program, {}))
+        return kernel(lambda: program, kernel_text(program, {}))
 
     # --- written on a trace; numbers: in the order of the names
     def _number(self, numbers: list, name: str, default: float = 0.0):

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from clearance.results.extremes import Extremes, Integrals
-from clearance.results.recorder import Later, Memory, MemoryRecord, Recorder
+from clearance.results.recorder import Memory, MemoryRecord, Recorder
 from clearance.results.stream import Unwritable
 from clearance.run.diagnosis import Diagnosis
 from clearance.run.interrupts import DeferredSignals, ended
@@ -18,6 +18,7 @@ from clearance.run.run import Run
 from clearance.run.start import end_state
 from clearance.stepping import status
 from clearance.stepping.state import TOUCHING
+from clearance.values.later import Later
 
 LOG = logging.getLogger("clearance")
 # tolerances, and share, of the energy that count as turned over in a motion that turns over less:

@@ -33,15 +33,15 @@ MATH = SimpleNamespace(
 )
 
 
-def kernel(program: Program, text: str) -> Callable:
+def kernel(program: Callable[[], Program], text: str, alone: bool = False) -> Callable:
     """The compiled kernel of a program; in plain Python where numba is switched off.
 
-    text: its source without names.
+    program: gives it; text: its source without names; alone: it calls nothing from outside.
     """
     if not store.COMPILED:
-        return plain_kernel(program)
+        return plain_kernel(program())
 
-    places = addresses(program.functions)
+    places = {} if alone else addresses(program().functions)
 
     def write(builder, arguments):
         from clearance.tracing.ir import Lowering
@@ -51,7 +51,7 @@ def kernel(program: Program, text: str) -> Callable:
         lowering = Lowering(
             builder, arrays | {"data": arrays["par"]}, time, places, unchanging=("y", "par")
         )
-        lowering.write(program)
+        lowering.write(program())
 
     return store.Kernel(write, None if places else text)
 
@@ -67,7 +67,7 @@ def text_of_moments(text: str, width: int) -> str:
     return f"{width} moments of {text}"
 
 
-def moments(program: Program, text: str, width: int) -> Callable:
+def moments(program: Callable[[], Program], text: str, width: int) -> Callable:
     """A kernel of so many moments at once: f(0, y, par, work, out), the numbers of a place side by
     side.
 
@@ -81,7 +81,7 @@ def moments(program: Program, text: str, width: int) -> Callable:
         arrays = dict(zip(("y", "par", "work", "out"), arrays, strict=True))
         lowering = Moments(builder, arrays | {"data": arrays["par"]}, None, {}, width)
         lowering.time = lowering.load("y", -1)
-        lowering.write(program)
+        lowering.write(program())
 
     return store.Kernel(write, text_of_moments(text, width))
 

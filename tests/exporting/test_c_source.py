@@ -2,6 +2,7 @@
 
 import ctypes
 import subprocess
+from functools import partial
 
 import numpy as np
 import pytest
@@ -50,7 +51,8 @@ def compare_kernels(model, tmp_path):
     """Kernels of C beside those of the package."""
     library, mechanism = compiled(model, tmp_path), model.mechanism
     par = numbers_in_c(model, library)
-    kernels_of = {role: kernels.kernel(model.programs[role], None) for role in entries(model)}
+    programs = {role: partial(model.programs.get, role) for role in entries(model)}
+    kernels_of = {role: kernels.kernel(program, None) for role, program in programs.items()}
     for time, y, work in random_states(model, 200):
         for role, size in entries(model).items():
             wanted, out = np.zeros(max(size, 1)), np.ones(max(size, 1))
