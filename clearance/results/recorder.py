@@ -564,7 +564,7 @@ class Recorder:
             **{
                 n: sums.totals[self.place[p]] / sums.rows
                 for p, n in means.items()
-                if p in self.place and self.rows
+                if p in self.place and sums.rows
             },
         )
 
