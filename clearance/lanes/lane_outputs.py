@@ -1,5 +1,6 @@
 """Outputs of a mechanism at many points, in lanes, as a kernel by itself."""
 
+import ctypes
 from collections.abc import Sequence
 
 import llvmlite.ir as ir
@@ -11,6 +12,7 @@ from clearance.lanes.engine import SOURCES
 from clearance.lanes.group import with_derived
 from clearance.mechanism.build import Mechanism
 from clearance.tracing.emission import kernel_text
+from clearance.tracing.ir import INT64, POINTER
 
 PADDED = 8  # numbers behind the tables, which kernels may read along
 
@@ -18,7 +20,8 @@ PADDED = 8  # numbers behind the tables, which kernels may read along
 class LaneOutputs:
     """Some outputs of a mechanism, by their paths.
 
-    call: the kernel; data: numbers that all points read.
+    call: the kernel; series: that at many times, beside other threads; data: numbers that all
+        points read.
     """
 
     def __init__(self, mechanism: Mechanism, paths: Sequence[str]):
@@ -28,11 +31,15 @@ class LaneOutputs:
 
         def module() -> ir.Module:
             module = new_module()
-            lane_kernels.write(module, "outputs", program, self.width)
+            kernel = lane_kernels.write(module, "outputs", program, self.width)
+            _series(module, kernel, self.width, self.count)
             return module
 
         self.code = Code(module, f"{self.width} {kernel_text(program, {})} {SOURCES}")
         self.call = callable_at(self.code.address("outputs"), len(lane_kernels.ARRAYS))
+        kinds = [ctypes.c_void_p] * len(lane_kernels.ARRAYS)
+        series = ctypes.CFUNCTYPE(None, *kinds, ctypes.c_int64)
+        self.series = series(self.code.address("series"))
         self.data = np.append(mechanism.par, np.zeros(PADDED))
 
     def along(self, numbers: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -47,10 +54,8 @@ class LaneOutputs:
             lanes = slice(first, first + width)
             block, out = np.ascontiguousarray(par[:, lanes]), np.zeros((*outputs.shape[:2], width))
             clock = np.ascontiguousarray(times[:, padded[lanes]])
-            fixed = [a.ctypes.data for a in (empty, block, empty)]
-            begin, into, data = (a.ctypes.data for a in (clock, out, self.data))
-            for k in range(len(times)):
-                self.call(begin + k * clock.strides[0], *fixed, into + k * out.strides[0], data)
+            arrays = clock, empty, block, empty, out, self.data
+            self.series(*(a.ctypes.data for a in arrays), len(times))
             outputs[..., lanes] = out
         return np.moveaxis(outputs, 1, 0)[..., :count]
 
@@ -66,3 +71,24 @@ class LaneOutputs:
         )
         par = with_derived(self.mechanism, numbers)
         return evaluated(self.call, self.width, (state, par, work), self.count, self.data)
+
+
+def _series(module: ir.Module, kernel: ir.Function, width: int, count: int) -> None:
+    """A function that calls a kernel at so many times: times and outputs stand one behind the
+    other. There is one at least.
+    """
+    kinds = [POINTER] * len(lane_kernels.ARRAYS)
+    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [*kinds, INT64]), "series")
+    time, *others, number = function.args
+    first = function.append_basic_block()
+    loop, after = function.append_basic_block(), function.append_basic_block()
+    ir.IRBuilder(first).branch(loop)
+    build = ir.IRBuilder(loop)
+    k = build.phi(INT64)
+    k.add_incoming(INT64(0), first)
+    others[-2] = build.gep(others[-2], [build.mul(k, INT64(count * width))])
+    build.call(kernel, [build.gep(time, [build.mul(k, INT64(width))]), *others])
+    later = build.add(k, INT64(1))
+    k.add_incoming(later, loop)
+    build.cbranch(build.icmp_signed("<", later, number), loop, after)
+    ir.IRBuilder(after).ret_void()
