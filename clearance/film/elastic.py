@@ -8,12 +8,15 @@ from clearance.laws.contact import _layer_modulus
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, OfJoint, wet_film
 from clearance.values import checks
 
+FED = 100.0  # L/D from where a bearing is taken as long
+TRIED = 0.25, 4.0  # L/D of the bearings that it was compared with
 HARD = 50.0  # beta above which steel touches steel, not a layer
 
 
 def key_of(joint: FilmJoint, settings: dict):
     """The key of a joint's table."""
     from clearance.film.elastic_table import ElasticKey
+    from clearance.film.table import LONG
 
     softness = settings["liner"] / joint.clearance
     oil = {"beta": float(f"{settings['pressure_viscosity'] / softness:.4g}")}
@@ -23,6 +26,8 @@ def key_of(joint: FilmJoint, settings: dict):
             "softness": float(f"{softness:.3g}"),
         }
     slenderness = float(f"{joint.length / (2.0 * joint.radius):.9g}")
+    if slenderness >= FED:
+        slenderness = LONG
     return ElasticKey(slenderness, **oil, drag=settings["drag"])
 
 
@@ -81,6 +86,18 @@ def _layered(joint, parameters):
     return None
 
 
+@_elastic.doubts
+def _untried(joint, parameters):
+    """Lengths that no solved film was compared with."""
+    slenderness = joint.length / (2.0 * joint.radius)
+    if 0.99 * TRIED[0] <= slenderness <= 1.01 * TRIED[1] or slenderness >= FED:
+        return None
+    return (
+        f"was compared with solved films for L/D of {TRIED[0]:g} to {TRIED[1]:g}, and from "
+        f"{FED:g} on as a long bearing with a feed line; L/D = {slenderness:.3g}"
+    )
+
+
 def elastic_film(
     *,
     liner: float | None = None,
@@ -94,7 +111,8 @@ def elastic_film(
     liner: compliance [m/Pa], by default of the joint's material and layer; pressure_viscosity:
         coefficient [1/Pa], by default the lubricant's, 0: isoviscous; roelands: by his law, else by
         Barus'; follows: see the law; drag: see `table_film`. A joint with it needs no contact and
-        no transition. A table belongs to each L/D and alpha c / liner. It is made once, in a
+        no transition. From L/D = 100 on it is that of a long bearing, with a feed line at its
+        widest gap. A table belongs to each L/D and alpha c / liner. It is made once, in a
         minute, and stored on disk.
     """
     settings = {"roelands": bool(roelands), "drag": check_drag("elastic_film", drag)}

@@ -17,7 +17,7 @@ motion, which is larger than any pull,
 Therefore the force is above that of dry contact, and tends to it at rest. Without yield it is the
 rigid film. The three r are small and smooth. They are C1 quadratic splines over
 
-    x = (ln h - ln g - z) / (1.35 - 1.85 z),   h^(1/3),   alpha: angle of (eps', slope eps w / 2)
+    x = (ln h - ln g - z) / (1.35 - 1.85 z),   h^(1/3),   alpha: angle of (eps', s eps w / 2)
 
 z = ln h, not far below ln 0.004, where films at the wall are alike. At x = 0, near the centre, r_N
 and r_t are nothing. Beyond the last x all go straight on, beyond the last h for
@@ -105,14 +105,14 @@ def dry(eps):
 
 
 def place(eps, third):
-    """ln g, s, slope, and twice the mean of the rigid gap and its size, 1 - eps far off."""
+    """ln g, s, and twice the mean of the rigid gap and its size, 1 - eps far off."""
     h = third * third * third
     beyond, corner = 1.0 - eps, 4.0 * ROUND * h * h
     root = math.sqrt(beyond * beyond + corner)
     wide = beyond + root if beyond > 0.0 else corner / (root - beyond)
     g = wide / (1.0 + math.sqrt(1.0 + corner))
     s = math.sqrt(g * (2.0 - g))
-    return math.log(g), s, s * math.sqrt(math.sqrt(0.5 * wide / root)), wide
+    return math.log(g), s, wide
 
 
 def across(log_h, log_g):
@@ -122,9 +122,9 @@ def across(log_h, log_g):
     return (log_h - log_g - z) / (1.35 - 1.85 * z)
 
 
-def rigid(still, w_r, w_t, s, slope, radial, turning):
+def rigid(still, w_r, w_t, s, radial, turning):
     """Of the rigid film: f_q, (f_q - f_r)^2, f_t, from the values of its table."""
-    way = slope * turning
+    way = s * turning
     speed, _, width = polar(radial, way)
     pull = 2.0 * still * math.sqrt(radial * radial + turning * turning + REST * REST)
     push = pull - (speed * w_r - still * radial) / (s * s * s)
@@ -186,9 +186,9 @@ def resolved(eps, radial_rate, entrainment, joint, liner, follows):
     radial *= 1.0 - follows * (1.0 - yielding(u, radial, turning))
     log_h = size(radial, part)
     third = math.exp(log_h / 3.0)
-    log_g, s, slope, wide = place(eps, third)
-    _, angle, _ = polar(radial, slope * turning)
-    return radial, turning, third, log_g, s, slope, wide, across(log_h, log_g), angle
+    log_g, s, wide = place(eps, third)
+    _, angle, _ = polar(radial, s * turning)
+    return radial, turning, third, log_g, s, wide, across(log_h, log_g), angle
 
 
 def elastic(
@@ -217,11 +217,11 @@ def elastic(
     Source: Conway and Lee, J. Lubr. Technol. 97 (1975) 599, the equation of long bearings.
     """
     first = int(start)
-    radial, turning, third, log_g, s, slope, _, x, angle = resolved(
+    radial, turning, third, log_g, s, _, x, angle = resolved(
         eccentricity_ratio, radial_rate, entrainment, joint, liner, follows
     )
     still, w_r, w_t, _ = looked_up(data, first + int(data[first + 6]), -log_g, angle)
-    pull, square, tangential = rigid(still, w_r, w_t, s, slope, radial, turning)
+    pull, square, tangential = rigid(still, w_r, w_t, s, radial, turning)
     r_n, r_t, r_k = looked(data, first, first + HEAD, 3, x, third, angle)
     radial = pull - math.sqrt(dry(eccentricity_ratio) + math.exp(r_n) * square)
     tangential *= 1.0 + r_t
@@ -245,7 +245,7 @@ def films(
     [m].
     """
     first = int(start)
-    _, _, third, _, _, _, wide, x, angle = resolved(
+    _, _, third, _, _, wide, x, angle = resolved(
         eccentricity_ratio, radial_rate, entrainment, joint, liner, follows
     )
     middle, least, _ = looked(data, first, first + int(data[first + 5]), 2, x, third, angle)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearance.film import elastic_lookup as elastic
-from clearance.film.bearing import DRAG, WET, Bearing, check_drag
+from clearance.film.bearing import DRAG, WET, Bearing, Groove, check_drag
 from clearance.film.conserving import MemoryFilm
 from clearance.film.control_volumes import CAVITATED, THIN
 from clearance.film.elastic_lookup import HEAD, LARGEST, SMALLEST
@@ -22,7 +22,7 @@ from clearance.laws.law import FilmJoint
 from clearance.values import checks
 from clearance.values.algebra import solve
 
-MESH = (128, 12)
+MESH, LONG_MESH = (128, 12), (256, 4)
 GAP = 0.5  # c over R of the bearing that is solved
 FORCE, THICKNESS = 3, 2  # splines: r_N, r_t, r_K; central and least film
 EDGE = 1e-3  # from straight motion, where f_t over that of the rigid film has no value
@@ -33,6 +33,7 @@ FADE = 0.1  # of -ln g, in which r_N and r_t grow from nothing
 VALID, THICKEST = 5.0, 6.0
 TURNED = 1.2  # angle of the motion from where none jumps
 SLOWER = 0.5  # by which values behind the last film go on, from node to node
+FALL = 15.0  # of r_N over x behind the last node, as where squeezed: a film at rest carries nothing
 CHECKS = 24  # states that a table is tested at
 
 
@@ -73,7 +74,7 @@ class ElasticKey(Inputs):
     drag: str = DRAG
     nodes: tuple[int, ...] = ()
     cells: tuple[int, ...] = ()
-    mesh: tuple[int, int] = MESH
+    mesh: tuple[int, ...] = ()
 
     made = ElasticTable
     blended = ("slenderness", "beta")
@@ -88,7 +89,8 @@ class ElasticKey(Inputs):
     def __post_init__(self):
         super().__post_init__()
         n, cells = (17, 20) if checks.non_negative("film table: beta", self.beta) > 0.0 else (9, 12)
-        usual = {"nodes": (33, n, 13), "cells": (50, cells, 24)}
+        usual = {"nodes": (33, n, 13), "cells": (50, cells, 48)}
+        usual["mesh"] = LONG_MESH if self.fed else MESH
         vars(self).update({n: value for n, value in usual.items() if not getattr(self, n)})
         check_drag("film table", self.drag)
 
@@ -123,6 +125,7 @@ class ElasticKey(Inputs):
         fit = quadratic(values, 0, cells_x, np.zeros(values[0].size))
         fit = quadratic(quadratic(fit, 1, cells_a, "even"), 2, cells_h, "free")
         fit[:2, :, :, : self.faded] = 0.0  # exactly: the centre has no direction
+        fit[-1, ..., 0] = fit[-2, ..., 0] - FALL / cells_x
         force, thickness = fit[..., :FORCE].ravel(), fit[..., FORCE:].ravel()
         steps = cells_h / (LARGEST - SMALLEST)
         head = [1.0, cells_x, cells_h, cells_a, steps, HEAD + len(force), self.size]
@@ -198,6 +201,7 @@ class Films:
             viscosity,
             pressure_viscosity=key.beta * soft,
             roelands=roelands,
+            grooves=(Groove(angle=math.pi),) if key.fed else (),
         )
         self.liner = soft * GAP
         self.unit = self.liner * self.bearing.pressure_scale / GAP  # kappa P / c
@@ -207,12 +211,12 @@ class Films:
         log_h, low, high = 3.0 * math.log(third), 0.0, 2.0
         for _ in range(60):  # x grows with eps
             eps = 0.5 * (low + high)
-            log_g, _, slope, _ = elastic.place(eps, third)
+            log_g, s, _ = elastic.place(eps, third)
             low, high = (eps, high) if elastic.across(log_h, log_g) < x else (low, eps)
         low, high = -80.0, 10.0
         for _ in range(70):  # h grows with the speed
             speed = math.exp(0.5 * (low + high))
-            radial, turning = speed * math.cos(angle), speed * math.sin(angle) / slope
+            radial, turning = speed * math.cos(angle), speed * math.sin(angle) / s
             larger = elastic.size(radial, elastic.wedge_part(eps, turning)) > log_h
             low, high = (low, math.log(speed)) if larger else (math.log(speed), high)
         return eps, radial, turning
@@ -235,10 +239,10 @@ class Films:
 
     def relative(self, eps, radial, turning, third, values) -> tuple[float, ...]:
         """r_N, r_t, r_K and the logarithms of both films over theirs, from solved values."""
-        log_g, s, slope, wide = elastic.place(eps, third)
-        _, angle, _ = polar(radial, slope * turning)
+        log_g, s, wide = elastic.place(eps, third)
+        _, angle, _ = polar(radial, s * turning)
         still, w_r, w_t, _ = looked_up(self.rigid, 0, -log_g, angle)
-        pull, square, tangential = elastic.rigid(still, w_r, w_t, s, slope, radial, turning)
+        pull, square, tangential = elastic.rigid(still, w_r, w_t, s, radial, turning)
         dry = elastic.dry(eps)
         more = max((pull - values[0]) ** 2 - dry, OVER * dry, 1e-10 * square)
         return (
@@ -251,14 +255,15 @@ class Films:
     def solve(self, eps, radial, turning, third) -> np.ndarray | None:
         """f_r, f_t, shear, central and least film; None where the film does not settle."""
         if third not in self.meshes:
-            grading = min(max(0.2 - 0.39 * math.log(third), 0.1), 0.8), 2.0
+            around, along = min(max(0.2 - 0.39 * math.log(third), 0.1), 0.8), 2.0
+            grading = (-around, 0.0) if self.key.fed else (around, along)
             n, nz = self.key.mesh
             self.meshes[third] = [
                 MemoryFilm(self.bearing, mesh, self.liner, False, grading=grading)
                 for mesh in ((n, nz), (n // 2, nz // 2))
             ]
         motion = 2.0 * turning / (self.unit * max(eps, 1e-2)), radial / self.unit
-        least = 0.5 * CLOSEST * elastic.place(eps, third)[3]
+        least = 0.5 * CLOSEST * elastic.place(eps, third)[2]
         film, twin = self.meshes[third]
         if (fine := self._on(film, least, eps, *motion)) is None:
             return None
@@ -275,11 +280,12 @@ class Films:
             return None
         gap, mesh, cells = np.maximum(film.gap, least), film._mesh, film._state.kind
         thin = film._system.oil[:, : cells.shape[1], THIN]
-        dragging = 1.0 / (thin * np.maximum(gap, CLOSEST * gap[0, 0]))
+        middle = gap[len(gap) // 2 if self.key.fed else 0, 0]  # a grid begins at its groove
+        dragging = 1.0 / (thin * np.maximum(gap, CLOSEST * middle))
         if self.key.drag == WET:
             dragging = np.where(cells == CAVITATED, 0.0, dragging)
         shear = 2.0 * float(np.sum(mesh.width[:, None] * mesh.depth * dragging))
-        return np.array([*force, shear, gap[0, 0], gap[:, 0].min()])
+        return np.array([*force, shear, middle, gap[:, 0].min()])
 
 
 def fade(y: float) -> float:

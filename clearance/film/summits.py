@@ -17,6 +17,7 @@ from clearance.laws.law import BoundLaw
 from clearance.machine.store import njit
 
 COUNT = 4096  # of the table: its straight parts err by 1e-5 of the roughness
+FLAT = 1e-6  # gap over c of flat summits: a film has a conductance
 NONE = np.zeros(0)
 BEGIN, STEP, FIRST = range(3)
 
@@ -34,7 +35,7 @@ def summits_of(law: BoundLaw, roughness: float, liner: float, clearance: float) 
     row, strength = row_of(order), factor(**law.values)
     summit = law.values["summit_height"]
     top = max(MOST * roughness + summit, roughness)
-    gaps = np.linspace(0.0, top, 8 * COUNT)
+    gaps = np.linspace(FLAT * clearance, top, 8 * COUNT)
     ratios = (gaps - summit) / roughness
     moments = np.array([moment_and_slope(ratio, row)[0] for ratio in ratios])
     free = (gaps - liner * strength * moments) / clearance

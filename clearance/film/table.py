@@ -51,6 +51,8 @@ MESH = (96, 12)  # of the solver behind the nodes of the force
 FLOW_MESH, FLOW_EVEN = (192, 8), 0.5  # of the solver behind those of the side flow
 FEWEST = 5  # nodes of a spline
 FLOW_CHECK = (256, 12)  # mesh that the side flow is tested with
+LONG = 1e4  # L/D from where a bearing has a feed line at its widest gap
+FEED = (0.0, 0.0, 1.0, 0.0)  # angle, width, length and P of that
 BESIDE = 0.01  # step in ln(L/D) of the tables that others are interpolated from
 CHECKS = 40  # states of each kind that a table is tested at
 #: closing in, opening, receding straight: alpha' / pi from and to, largest y, mesh of the solver
@@ -107,6 +109,11 @@ class Inputs:
     def axial(self) -> float:
         """(R / L)^2 of a bearing, (a / B)^2 of a pad."""
         return 0.25 / self.slenderness**2
+
+    @property
+    def fed(self) -> bool:
+        """Of a long bearing, with a feed line at its widest gap."""
+        return self.slenderness >= LONG
 
     def name(self) -> str:
         """Of the file: all of the inputs, and the code of what makes it and reads it."""
@@ -247,8 +254,9 @@ def _film(key: Key, eps: float, motion, tau: float, scale: float, mesh, even: fl
         code = bands.FULL
     elif tau > 0.0:
         lowest = -HALF_WAY * tau / (1.0 - tau) * scale
+    grooves = np.array([FEED] if key.fed else []).reshape(-1, 4)
     result, solutions, *_ = bands.film(
-        *mesh, eps, key.axial, *motion, lowest, key.thickness, code, np.zeros((0, 4)), even
+        *mesh, eps, key.axial, *motion, lowest, key.thickness, code, grooves, even
     )
     bands.check_settled(solutions)
     return result
@@ -258,9 +266,8 @@ def centre(key: Key, tau: float, mesh: tuple[int, int]) -> tuple[float, float, f
     """A of the concentric film, and a, b of its slope in eps: d(w_r) = -(a cos^2 + b sin^2),
     d(w_t) = (a-b) sin cos.
     """
-    size = np.mean(
-        [math.hypot(*scaled_film(key, 0.0, g, tau, mesh)[:2]) for g in (0.3, 0.9, 1.5, 2.1, 2.7)]
-    )
+    angles = (0.3, 0.9, 1.5, 2.1, 2.7)[: 3 if key.fed else None]  # a feed line is a direction
+    size = np.mean([math.hypot(*scaled_film(key, 0.0, g, tau, mesh)[:2]) for g in angles])
 
     def slope(angle: float, part: int, there: float) -> float:
         near, far = (
@@ -290,9 +297,11 @@ def layer(key: Key, tau: float, progress) -> tuple[float, np.ndarray]:
     cos, sin = each(math.cos, angles), each(math.sin, angles)
     values[:, :, 0] += size * cos
     values[:, :, 1] -= size * sin
-    values[0, :, 0], values[0, :, 1] = 0.0, 0.0
-    values[0, :, 2] = values[0, :, 2].mean()  # has no direction to depend on
-    slopes = {0: -(a * cos * cos + b * sin * sin), 1: (a - b) * sin * cos}
+    slopes = {}
+    if not key.fed:
+        values[0, :, 0], values[0, :, 1] = 0.0, 0.0
+        values[0, :, 2] = values[0, :, 2].mean()  # has no direction to depend on
+        slopes = {0: -(a * cos * cos + b * sin * sin), 1: (a - b) * sin * cos}
     spacing = TOP / (nodes - 1)
     coefficients = np.empty((nodes + 2, nodes + 2, PARTS))
     for part in range(PARTS):

@@ -182,6 +182,10 @@ class TestFilm:
         assert joint.film.values["pressure_viscosity"] == 1e-8
         key = key_of(joint.film_joint, joint.film.parameters)
         assert key.slenderness == 0.5
+        long = joint.film_joint._replace(length=2.5)
+        assert key_of(long, joint.film.parameters).fed
+        assert joint.film.law.doubt(joint, {}) is joint.film.law.doubt(long, {}) is None
+        assert "L/D = 0.1" in joint.film.law.doubt(long._replace(length=2e-3), {})
         assert key.beta == pytest.approx(1e-8 * 1e-5 / joint.film.values["liner"], rel=1e-3)
         assert "alpha p 6" in regime(joint, 6e8, 1e-6).warnings(joint)[0]
         assert regime(joint, 4e8, 1e-6).warnings(joint) == []
@@ -211,6 +215,20 @@ class TestRows:
                 apart = states.apart(ours, [row["f_r"], row["f_t"]])
                 below = 2e-3 if row["Cs"] >= 0.0 else 6e-3
                 assert apart < (below if row["eps"] < 1.0 else 2.2e-2), row
+
+    @pytest.mark.parametrize("beta", [0.0, 5.0, 20.0])
+    def test_long(self, beta):
+        """Rows of long bearings with a feed line at the widest gap, C_w to 1, by a joint with L/D
+        above 100: load 2e-3, for thickening oil 2.5e-3, squeezed 1.5e-2.
+        """
+        joint = FilmJoint(1.0, 1.0, 300.0, 1.0)
+        film = cl.elastic_film(liner=1.0, pressure_viscosity=beta, follows=0.0)
+        for row in states.rows("elastic_long"):
+            if row["beta"] == beta:
+                motion = row["Cs"] / 12.0, row["Cw"] / 6.0
+                ours = np.array(film(row["eps"], *motion, joint))[:2] / joint.length
+                off = 2e-3 if beta == 0.0 else 2.5e-3 if row["Cs"] == 0.0 else 1.5e-2
+                assert states.apart(ours, [row["f_r"], row["f_t"]]) < off, row
 
     @pytest.mark.parametrize(("squeeze", "load", "film"), [(1e-3, 0.08, 0.25), (1e-2, 0.9, 0.9)])
     def test_recession(self, squeeze, load, film):

@@ -109,6 +109,18 @@ def test_far_apart():
     assert abs(rough.asperity_load) < 1e-9  # rounding
 
 
+@pytest.mark.parametrize("eps", [1.02, 1.1])
+def test_flat_summits(eps):
+    """Summits far softer than the liner lie flat in a deep contact: forces are those of smooth
+    surfaces, within the 1 % of the load that the film carries beyond the contact.
+    """
+    soft = cl.greenwood_tripp(modulus=1e3, summit_height=0.0)
+    rough, smooth = film(2e-13, asperity=soft), film(2e-13, asperity=None, roughness=0.0)
+    motion = eps, 0.0, 30.0
+    load = np.linalg.norm(smooth.steady(*motion)[:2])
+    assert np.linalg.norm(rough.steady(*motion)[:2]) == pytest.approx(load, rel=1e-2)
+
+
 def test_softer_liners_take_load_from_asperities():
     """At one load and speed their share falls with the compliance."""
     journal, speed = rig.JOURNALS[0], 200.0 * math.pi / 30.0
