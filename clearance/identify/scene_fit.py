@@ -153,13 +153,15 @@ class Problem(Varying):
         ]
         self.sigma = [c.sigma or float(np.std(c.measured.values)) or 1.0 for c in self.curves]
         self.scales = list(self.sigma)  # of the offsets
-        sensors: dict[tuple, int] = {}
-        self.nuisances = [
-            (i, n)
-            for i, c in enumerate(self.curves)
-            for n in c.nuisances
-            if n != MOUNTING or sensors.setdefault(c.sensor, i) == i
-        ]
+        self.nuisances: list[tuple[int, str]] = []
+        self.column: dict[tuple[int, str], int] = {}  # of a curve and its nuisance, among x
+        columns: dict[tuple, int] = {}
+        for pair in [(i, n) for i, c in enumerate(self.curves) for n in c.nuisances]:
+            key = (self.curves[pair[0]].sensor, MOUNTING) if pair[1] == MOUNTING else pair
+            if key not in columns:
+                columns[key] = len(self.free) + len(self.nuisances)
+                self.nuisances.append(pair)
+            self.column[pair] = columns[key]
         self._last: tuple[np.ndarray, list, dict] | None = None  # a point, its runs and slopes
         self.evaluations, self.reason = 0, ""
         self.remarks: list[str] = []  # about the stretch that is fitted
@@ -288,16 +290,8 @@ class Problem(Varying):
 
     def _nuisance(self, x: np.ndarray, curve: int, name: str, still: float) -> float:
         """A nuisance of a curve; `still` where it is not fitted."""
-        for column, (i, n) in enumerate(self.nuisances, len(self.free)):
-            if n == name and curve in self._sharing(i, n):
-                return float(x[column])
-        return still
-
-    def _sharing(self, i: int, name: str) -> list[int]:
-        """Curves that share a nuisance of one."""
-        if name != MOUNTING:
-            return [i]
-        return [k for k, c in enumerate(self.curves) if c.sensor == self.curves[i].sensor]
+        column = self.column.get((curve, name))
+        return still if column is None else float(x[column])
 
     def computed(
         self, record: MemoryRecord, curve: int, shift: float, angle: float = 0.0
@@ -429,8 +423,8 @@ class Problem(Varying):
                 for i in group.curves:
                     low, high = (self.modelled(ends[n], i, x) for n in places)
                     slopes[self.rows[i], k] = (high - low) / wide
-            for column, (first, name) in enumerate(self.nuisances, len(self.free)):
-                for i in set(self._sharing(first, name)) & set(group.curves):
+            for (i, name), column in self.column.items():
+                if i in group.curves:
                     slopes[self.rows[i], column] = self._by_nuisance(steps.record, i, name, x)
         return slopes
 
@@ -455,8 +449,8 @@ class Problem(Varying):
         """
         x, steps = x.copy(), self._at(x)
         for group, made in zip(self.groups, steps, strict=True):
-            for i in (i for i in group.curves if (i, SHIFT) in self.nuisances):
-                at = len(self.free) + self.nuisances.index((i, SHIFT))
+            for i in (i for i in group.curves if (i, SHIFT) in self.column):
+                at = self.column[i, SHIFT]
                 low, high = (float(end[at]) for end in self.bounds)
                 if turn := made.record.turn:
                     low, high = -min(self.settle, 0.5) * turn, (1.0 - min(self.settle, 0.5)) * turn

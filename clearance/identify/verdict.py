@@ -95,7 +95,8 @@ def verdict(
     covariance *= more
     sd = np.sqrt(np.diag(covariance))
     correlated = covariance / np.outer(sd, sd)
-    judge = Judge(problem, best, covariance, correlated, noise**2 * more, problem.freedom)
+    variance = noise**2 * more
+    judge = Judge(problem, best, covariance, correlated, variance, problem.freedom, error.covers)
     products, hidden = judge.products(slopes)
     intervals = [judge.interval(k, k in hidden, edge[k]) for k in range(len(problem.free))]
     tests = {} if error.covers else dict(_tests(problem, best, residuals, slopes, tau, stated))
@@ -128,7 +129,10 @@ def dependence(residuals: Sequence[np.ndarray]) -> float:
 
 @dataclass(frozen=True)
 class Judge:
-    """Intervals of parameters at a least cost."""
+    """Intervals of parameters at a least cost.
+
+    rough: residuals are mostly the error of the runs, by which the cost jumps: no profile is taken.
+    """
 
     problem: Problem
     best: Solved
@@ -136,6 +140,7 @@ class Judge:
     correlated: np.ndarray
     variance: float
     freedom: int
+    rough: bool = False
 
     @property
     def quantile(self) -> float:
@@ -191,7 +196,9 @@ class Judge:
         if edge:
             inner = self.end(k, -int(edge), sd)
             ends, kind = (x, inner) if edge < 0 else (inner, x), "at its bound"
-        elif self._wide(k) or (others > CORRELATED).any() or not self.straight(k):
+        elif not self.rough and (
+            self._wide(k) or (others > CORRELATED).any() or not self.straight(k)
+        ):
             ends, kind = (self.end(k, -1, sd), self.end(k, 1, sd)), "profile"
         return Interval(*about, *map(free.value, ends), deviation, free.units, kind)
 

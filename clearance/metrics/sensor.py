@@ -11,7 +11,6 @@ from clearance.values import checks
 from clearance.values.units import quantity
 
 PASSES = 1e3  # corner over the rate of values, from which a filter changes nothing
-ROUNDING = 1e-9  # of a pole
 
 
 def filtered(time: np.ndarray, values: np.ndarray, lowpass: tuple[int, float] | None) -> np.ndarray:
@@ -34,16 +33,12 @@ def _sections(order: int, corner: float, step: float) -> list[tuple[np.ndarray, 
     """Numerator, denominator and state at rest of each pole or pair; none of a corner that is far
     above the rate of values.
     """
-    sections = []
     if not 2.0 * math.pi * corner * step < PASSES:
-        return sections
-    for pole in butter(order, 2.0 * math.pi * corner, analog=True, output="zpk")[1]:
-        size = abs(pole)
-        if pole.imag < -ROUNDING * size:
-            continue  # the other one of a pair
-        pair = pole.imag > ROUNDING * size
-        analog = ([size**2], [1.0, -2.0 * pole.real, size**2]) if pair else ([size], [1.0, size])
-        (b,), a, _ = cont2discrete(analog, step, "foh")
+        return []
+    sections = []
+    for row in butter(order, 2.0 * math.pi * corner, analog=True, output="sos"):
+        poles = np.trim_zeros(row[3:], "f")
+        (b,), a, _ = cont2discrete((poles[-1:], poles), step, "foh")  # constants pass
         sections.append((b, a, lfilter_zi(b, a)))
     return sections
 
