@@ -176,7 +176,7 @@ class Trial:
     solved: object
     finite: object
     diagonal: list
-    powers: list  # changes of the energy integrals
+    ledger: list  # energy integrals at its end
     met: tuple = ()  # where a contact sets in or ends inside it, and the share of the step
 
 
@@ -208,10 +208,7 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
         piece, shape, y, penetration, trial.diagonal, piece.all("damping")
     )
 
-    spent = zip(piece.all("y")[n:], trial.powers, strict=True)
-    now, arrived = advance(
-        piece, shape, taken, error, [*trial.y, *(a + b for a, b in spent)], trial.f
-    )
+    now, arrived = advance(piece, shape, taken, error, [*trial.y, *trial.ledger], trial.f)
     keep(piece, taken, "scale", scale)
     keep(piece, taken, "damping", damping)
     keep(piece, taken, "before", penetration)

@@ -256,24 +256,21 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     piece.set("powers", *powers)
     piece.set("stages", *(v for row in new for v in row))
     if shape.contacts:
-        end_of_step(piece, shape, entries, new, powers)
+        end, slope = end_of_step(piece, shape, new, powers)
+        piece.set("new", *end)
+        piece.set("slope", *slope, *powers[len(powers) - shape.ledger :])
+        piece.set("ends", *piece.call(entries.spots, t + h, end))
         piece.set("aimed", piece.choose(failed, 0.0, piece.one("aimed")))
     return piece
 
 
-def end_of_step(
-    piece: Piece, shape: Shape, entries: Entries, stages: list[list], powers: list
-) -> None:
-    """State, rates and penetrations at the end of the step, as the iteration has them."""
-    n, t, h, y = shape.states, piece.one("t"), piece.one("h"), piece.all("y")
-    inverse, count = piece.trace.div(1.0, h), shape.ledger
-    new = [a + b for a, b in zip(y, stages[-1], strict=False)] + [
-        y[n + i] + h * piece.weighted(K.a[-1], powers[i::count]) for i in range(count)
-    ]
+def end_of_step(piece: Piece, shape: Shape, stages: list[list], powers: list) -> tuple:
+    """States with the ledger, and rates of the states, at the end of the step."""
+    n, h, y, count = shape.states, piece.one("h"), piece.all("y"), shape.ledger
+    inverse = piece.trace.div(1.0, h)
+    ledger = [y[n + i] + h * piece.weighted(K.a[-1], powers[i::count]) for i in range(count)]
     slope = [piece.weighted(K.end, [row[i] for row in stages]) * inverse for i in range(n)]
-    piece.set("new", *new)
-    piece.set("slope", *slope, *powers[len(powers) - count :])
-    piece.set("ends", *piece.call(entries.spots, t + h, new))
+    return [a + b for a, b in zip(y, stages[-1], strict=False)] + ledger, slope
 
 
 def judge(piece: Piece, norm, rtol):
@@ -385,65 +382,67 @@ def onset(piece: Piece, shape: Shape, ends: list) -> tuple:
     return piece.both(piece.either(*met), piece.less(piece.one("shortened"), SPARED)), share
 
 
-def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
-    """Error of the step, whether it is taken, outputs at its end."""
-    piece, n = Piece(rows, FINISH), shape.states
-    t, h, y, f = piece.one("t"), piece.one("h"), piece.all("y"), piece.all("f")
-    values = piece.all("stages")
-    stages = [values[s * n : (s + 1) * n] for s in range(STAGES)]
+def tried(piece: Piece, shape: Shape, entries: Entries, stages: list[list]) -> Trial:
+    """The step with its error."""
+    n, t, y, f = shape.states, piece.one("t"), piece.all("y"), piece.all("f")
     solved = piece.above(piece.one("solved"), 0.5)
     estimate, norm = error_of(piece, shape, f, stages)
     doubtful = piece.both(piece.on, solved, piece.not_below(norm, 1.0), piece.finite([norm]))
     again = [a + b for a, b in zip(y, estimate, strict=False)] + y[n:]
     _, second = error_of(piece, shape, piece.call(entries.rhs, t, again)[:n], stages)
     error = piece.choose(doubtful, second, norm)
-    inverse = piece.trace.div(1.0, h)
-    end = [a + b for a, b in zip(y, stages[-1], strict=False)]
-    slope = [piece.weighted(K.end, [row[i] for row in stages]) * inverse for i in range(n)]
-    powers, count = piece.all("powers"), shape.ledger  # where Newton's method looked last
-    changes = [h * piece.weighted(K.a[-1], powers[i::count]) for i in range(count)]
     if shape.contacts:  # which may have moved the end
-        new = piece.all("new")
-        end, slope = new[:n], piece.all("slope")[:n]
-        changes = [a - b for a, b in zip(new[n:], y[n:], strict=True)]
-    trial = Trial(
-        end,
-        slope,
-        error,
-        solved,
-        piece.finite([*end, *slope, error]),
-        piece.all("diagonal"),
-        changes,
-    )
+        end, slope = piece.all("new"), piece.all("slope")[:n]
+    else:  # powers are those where Newton's method looked last
+        end, slope = end_of_step(piece, shape, stages, piece.all("powers"))
+    finite = piece.finite([*end[:n], *slope, error])
+    return Trial(end[:n], slope, error, solved, finite, piece.all("diagonal"), end[n:])
+
+
+def touched(piece: Piece, shape: Shape, entries: Entries, trial: Trial, polynomial: list) -> list:
+    """Penetrations at the end of a step, whose trial has it where a contact sets in or ends."""
+    if shape.gradual:
+        at_end = piece.one("t") + piece.one("h"), trial.y + piece.all("y")[shape.states :]
+        ends = piece.call(entries.spots, *at_end)
+        trial.met = onset(piece, shape, ends)
+        return ends
+    met, inaccurate = met_inside(piece, shape, entries, polynomial), piece.above(trial.error, 1.0)
+    trial.met = piece.both(met, trial.solved, trial.finite, piece.none(inaccurate)), 1.0
+    return piece.all("ends")
+
+
+def note(piece: Piece, shape: Shape, met, taken) -> None:
+    """Keep for the driver, or for the next step, where a contact sets in or ends."""
+    if shape.gradual:
+        cut, last = piece.flag(met), piece.one("shortened")
+        piece.set("shortened", piece.choose(taken, 0.5 * last, last + cut))
+        return
+    piece.leave(met, "rejected", "refusals", "refusal")
+    piece.set("event", piece.choose(met, 1.0, piece.choose(taken, 0.0, -1.0)))
+    keep(piece, piece.none(taken), "aimed", [0.0])
+
+
+def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
+    """Error of the step, whether it is taken, outputs at its end."""
+    piece, n = Piece(rows, FINISH), shape.states
+    t, h, y, values = piece.one("t"), piece.one("h"), piece.all("y"), piece.all("stages")
+    stages = [values[s * n : (s + 1) * n] for s in range(STAGES)]
+    trial = tried(piece, shape, entries, stages)
     polynomial = [
         piece.weighted(row, column) for row in K.basis for column in zip(*stages, strict=True)
     ]
-    if shape.contacts:
-        ends, accurate = piece.all("ends"), piece.none(piece.above(error, 1.0))
-        met = met_inside(piece, shape, entries, polynomial)
-        trial.met = piece.both(met, solved, trial.finite, accurate), 1.0
-    elif shape.gradual:
-        trial.met = onset(piece, shape, ends := piece.call(entries.spots, t + h, end + y[n:]))
+    ends = touched(piece, shape, entries, trial, polynomial) if shape.spots else []
     taken, now = conclude(piece, shape, entries, trial, ORDER)
     if shape.spots:
         keep(piece, taken, "begins", ends)
-    if shape.contacts:
-        event = trial.met[0]
-        piece.leave(event, "rejected", "refusals", "refusal")
-        piece.set("event", piece.choose(event, 1.0, piece.choose(taken, 0.0, -1.0)))
-        keep(piece, piece.none(taken), "aimed", [0.0])
-    elif shape.gradual:
-        cut, last = piece.flag(trial.met[0]), piece.one("shortened")
-        piece.set("shortened", piece.choose(taken, 0.5 * last, last + cut))
-    before = piece.all("polynomial")
-    chosen = [piece.choose(taken, a, b) for a, b in zip(polynomial, before, strict=True)]
-    piece.set("polynomial", *chosen)
+        note(piece, shape, trial.met[0], taken)
+    keep(piece, taken, "polynomial", polynomial)
     near = piece.choose(piece.above(h, piece.one("last_h")), 1.0, 0.0)  # see `radau.advance`
-    usable = piece.choose(solved, 1.0, near)
+    usable = piece.choose(trial.solved, 1.0, near)
     piece.set("predictor", piece.choose(taken, 1.0, piece.one("predictor") * usable))
-    piece.set("last_h", piece.choose(taken, h, piece.one("last_h")))
-    spent = [a + b for a, b in zip(piece.all("y")[n:], changes, strict=True)]
+    keep(piece, taken, "last_h", [h])
     moved = [piece.choose(taken, v, 0.0) for v in piece.along(polynomial, 0.5, n)]
-    middle = [a + b for a, b in zip(y, moved, strict=False)] + spent
-    look(piece, entries, watch, Moment(now, [*end, *spent], t + 0.5 * h, middle, h, taken))
+    middle = [a + b for a, b in zip(y, moved, strict=False)] + trial.ledger
+    at_end = now, [*trial.y, *trial.ledger]
+    look(piece, entries, watch, Moment(*at_end, t + 0.5 * h, middle, h, taken))
     return piece
