@@ -48,6 +48,8 @@ LONG = 5000  # steps of a run beside which the time to prepare it, by one proces
 FAR_MORE = 100  # times the steps of the first point, after which one runs the ordinary way
 COMPARED = 4  # points whose ideal motions are worked out the ordinary way too
 TRACKED = 2**24  # numbers of a block's turns and samples that are stored at a time
+#: methods that single stiff runs choose; that of lanes
+SINGLE, STIFF = {"rodas5p", "radau9"}, "radau5"
 #: options of runs that lanes have
 OPTIONS = {"turns", "until", "rtol", "method", "samples_per_turn", "samples", "energy", "max_steps"}
 
@@ -91,6 +93,9 @@ class Together:
             return trials[key][1]
 
         run = prepare(scene(first), **options)
+        if options.get("method", "auto") == "auto" and run.method.current in SINGLE:
+            self.options = options = options | {"method": STIFF}
+            run = prepare(scene(first), **options)
         if reason := lanes.impossible(run.mechanism, run.method.current):
             raise NotForLanes(reason)
         self.summing = LaneMetrics(run, settle, error)

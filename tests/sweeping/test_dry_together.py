@@ -131,6 +131,22 @@ def test_contacts(seed):
         np.testing.assert_allclose(rows[:, 3], events["impact_speed"], rtol=1e-4)
 
 
+@pytest.mark.parametrize("rtol", [1e-3, 1e-8])
+@pytest.mark.parametrize("seed", few_of(range(10), 1))
+def test_tolerances(rtol, seed):
+    """Where single runs of films choose methods without lanes, lanes have radau5: numbers above a
+    millionth are within 30 rtol, some times what they were at three scenes.
+    """
+    scene, columns = scenes("six_bar_feeder", model="lubricated"), points_of("six_bar_feeder", seed)
+    ran = Ran(scene, columns, rtol=rtol)
+    assert ran.together.run.method.current == "radau5"
+    for i in np.flatnonzero(ran.sound)[:2]:
+        values = {n: v[i].item() for n, v in columns.items()}
+        exact, _ = ordinary(scene, values, {"turns": 1.0, "rtol": 1e-11})
+        for name in (n for n, value in exact.items() if abs(value) > 1e-6):
+            assert ran.metrics[name][i] == pytest.approx(exact[name], rel=30.0 * rtol)
+
+
 def test_company():
     """A run is the same, bit for bit, in other company, in two threads, alone."""
     scene, columns = scenes("four_bar", friction="coulomb"), points_of("four_bar", 3)
