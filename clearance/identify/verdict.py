@@ -200,6 +200,8 @@ class Judge:
             self._wide(k) or (others > CORRELATED).any() or not self.straight(k)
         ):
             ends, kind = (self.end(k, -1, sd), self.end(k, 1, sd)), "profile"
+        elif self.rough:
+            ends = np.clip(ends, *(b[k] for b in self.problem.bounds)).tolist()
         return Interval(*about, *map(free.value, ends), deviation, free.units, kind)
 
     def straight(self, k: int) -> bool:
