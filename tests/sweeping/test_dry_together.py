@@ -134,8 +134,8 @@ def test_contacts(seed):
 @pytest.mark.parametrize("rtol", [1e-3, 1e-8])
 @pytest.mark.parametrize("seed", few_of(range(10), 1))
 def test_tolerances(rtol, seed):
-    """Where single runs of films choose methods without lanes, lanes have radau5: numbers above a
-    millionth are within 30 rtol, some times what they were at three scenes.
+    """Lanes have radau5 where single runs of films choose methods without lanes: numbers above a
+    millionth are within 30 rtol, some times the errors of three scenes.
     """
     scene, columns = scenes("six_bar_feeder", model="lubricated"), points_of("six_bar_feeder", seed)
     ran = Ran(scene, columns, rtol=rtol)
