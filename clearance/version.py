@@ -1,3 +1,3 @@
 """The version of the package, which pyproject.toml reads here."""
 
-VERSION = "0.3.0.dev0"
+VERSION = "1.0.0"

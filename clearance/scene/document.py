@@ -503,7 +503,7 @@ def read(document: Mapping) -> list[Element]:
     rows += [("load", row) for row in document["loads"]]
     tables = {(section, row["name"]): (row["type"], _without(row)) for section, row in rows}
     bodies = {row["name"]: row for row in document["bodies"]}
-    if "rates" not in document:  # before 0.3.0, where a rate of 0 was none
+    if "rates" not in document:  # before 1.0.0, where a rate of 0 was none
         bodies = {name: _without_zeros(row) for name, row in bodies.items()}
 
     def law(reference: str, _: Field | None) -> Law:
