@@ -119,6 +119,7 @@ def run(options) -> int:
     Raises KeyboardInterrupt, with a note that states what is stored, where the user or the system
     ends it.
     """
+    began = time.perf_counter(), time.process_time()
     with terminable():
         case, values, scene = again.scene_of(options) if options.again else scene_of(options)
         options.rtol = tolerance(options)
@@ -128,14 +129,13 @@ def run(options) -> int:
         _check_settle(options, case, scene)
         output = _output(options, case)
         replaced = output.exists()
-        began = time.perf_counter(), time.process_time()
         with _noted(f"{output} was not written"):
             simulated = _simulated if options.steady is None else steady.solved
             result, failure = simulated(options, case, scene, output)
         if result is None:
             return complain(options, failure, FAILED)
         with _noted(f"the run is stored in {output}"):
-            summary = _summary(case, values, result, began, options.settle) | {"replaced": replaced}
+            summary = _summary(case, values, result, options.settle) | {"replaced": replaced}
             summary["resolved"] = resolved = json.loads(scene.origin.get("resolved", "{}"))
             if options.steady is not None:
                 summary |= steady.summary(result)
@@ -150,6 +150,8 @@ def run(options) -> int:
                 summary["again"] = again.compared(options.case, result)
             if options.plot:
                 summary["plot"] = str(_plot(result, output, options.settle))
+    summary["wall_s"] = time.perf_counter() - began[0]
+    summary["cpu_s"] = time.process_time() - began[1]
     lines = parameter_lines(case, values, resolved)
     if failure is not None:
         if result.complete and not options.json:
@@ -264,16 +266,14 @@ def _plot(result, output: Path, settle: float | None) -> Path:
     return overview(result, output.with_suffix(".png"), settle=settle)
 
 
-def _summary(case, values: dict, result, began: tuple[float, float], settle: float | None) -> dict:
-    """Costs and results of a run, as plain data."""
+def _summary(case, values: dict, result, settle: float | None) -> dict:
+    """Results of a run, as plain data."""
     from clearance.metrics.summary import summary
 
     return {
         "case": case.name,
         "parameters": values,
         "file": str(result.path),
-        "wall_s": time.perf_counter() - began[0],
-        "cpu_s": time.process_time() - began[1],
         "errors": document(result.errors),
         **summary(result, settle),
     }
@@ -396,7 +396,9 @@ def _joint_line(joint: dict) -> str:
         parts.append(f"film thickness ratio down to {joint['smallest_film_thickness_ratio']:.3g}")
     if "share_full_film" in joint:
         shares = (f"{text} {joint[n]:.0%}" for n, text in SHARES.items() if joint[n] >= 0.005)
-        parts += [*shares, f"{joint['mean_asperity_share']:.0%} of the load on the solids"]
+        solids = f"{joint['mean_asperity_share']:.0%} of the load on the solids"
+        span = " (with the start-up)" if "startup_peak_force" in joint else ""
+        parts += [*shares, solids + span]
     if "moes_load" in joint:
         from clearance.metrics.summary import regime_of
 

@@ -39,18 +39,24 @@ def regime_of(load: float, thickening: float) -> str:
     return f"{surfaces}, {'piezoviscous' if thickening > THICKENED else 'isoviscous'}"
 
 
-def elastic_state(record: Record, joint: dict) -> dict[str, float]:
+def elastic_state(
+    record: Record, joint: dict, begin: float = 0.0, end: float = math.inf
+) -> dict[str, float]:
     """Numbers of ELASTIC of a joint; none without such a film or without its channels.
 
-    joint: its description. M and L follow from film and load: h = 2.448 R' U^(1/2) / M of the
-    rigid film.
+    joint: its description; begin, end: the times between which samples count [s]. M and L follow
+    from film and load: h = 2.448 R' U^(1/2) / M of the rigid film.
     """
     group, loads = f"joints/{joint['name']}", ("film_radial", "film_tangential", "contact_force")
     names = "elastic_film", "rigid_film", "gap", "membership_mixed", *loads
     paths = [f"{group}/{n}" for n in names]
     if not joint.get("elastic") or not all(p in record for p in paths):
         return {}
-    film, rigid, gap, mixed, radial, tangential, contact = map(record.values, paths)
+    inside = (record.time >= begin) & (record.time <= end)
+    if not inside.any():
+        return {}
+    channels = (record.values(path)[inside] for path in paths)
+    film, rigid, gap, mixed, radial, tangential, contact = channels
     load = np.hypot(radial, tangential) + contact
     most = int(film.argmin())
     stiff = 2.0 * joint["elastic"]["modulus"]
@@ -171,7 +177,7 @@ def _joints(result, begin: float, end: float) -> dict:
         joints[name] = mine = {n: float(facts[n]) for n in JOINT_FACTS if n in facts}
         if not result.time.size:
             continue
-        mine |= elastic_state(result, described[name])
+        mine |= elastic_state(result, described[name], begin, end)
         for extreme, summary_name in JOINT_EXTREMES.items():
             if _is_there(result, f"{group}/{extreme}"):
                 mine |= _two(result, f"{group}/{extreme}", summary_name, begin, end)
@@ -236,7 +242,9 @@ def _drives(result, begin: float, end: float) -> dict:
             if begin > 0.0:
                 drives[name]["startup_peak"] = peak(result, path, 0.0, begin)
             if _is_there(result, f"{path}_ideal_max"):
-                drives[name]["peak_ideal"] = peak(result, f"{path}_ideal", begin, end)
+                ideal = peak(result, f"{path}_ideal", begin, end)
+                if ideal != drives[name]["peak"]:  # else a joint with clearance carries it
+                    drives[name]["peak_ideal"] = ideal
             power = f"drives/{name}/power"
             if power in result and (worked := _worked(result, power)) is not None:
                 drives[name]["mean_power"] = _rise(result, worked, begin, end)

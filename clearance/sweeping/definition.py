@@ -268,11 +268,15 @@ def _ends(definition: Definition) -> Iterator[int]:
 
 
 def _numbers(scene: Scene) -> set[tuple[str, str, float]]:
-    """Joint, name and value of the roughness and thresholds of all its transitions."""
+    """Joint, name and value of the roughness and thresholds of all its transitions.
+
+    Those of elastic surfaces go by another film than the ratio of the metrics.
+    """
     return {
         (str(joint.name), name, float(value))
         for joint in scene.joints
         if (law := getattr(joint, "transition", None)) is not None
+        and getattr(joint, "elastic", None) is None
         for name, value in (law.values | {"roughness": joint.roughness}).items()
         if name in (*THRESHOLDS, "roughness") and value is not None
     }

@@ -288,6 +288,8 @@ def test_a_run_says_where_it_is_elastic(typed, tmp_path):
     ratio = m / 2.448 * film_of(m, state["moes_material"], CENTRAL)
     assert state["film_over_rigid"] == pytest.approx(ratio, rel=0.1)  # film of finite length
     assert 0.0 < state["load_in_mixed"] < 1.0
+    early = elastic_state(run, run.described("B"), end=run.time[at - 1])  # a part has its own film
+    assert early["least_elastic_film"] == film[:at].min() > film[at]
     typed("report", path, "-o", tmp_path / "run.html")
     assert "Moes" in (tmp_path / "run.html").read_text()
 

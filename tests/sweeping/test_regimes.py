@@ -38,6 +38,11 @@ def test_nothing_is_stored_of_joints_without_a_transition():
     assert stated({"model": "mixed"}, clearance=[0.0, 1e-4])["B"]["full"] == 3.0
 
 
+def test_elastic_joints_have_none():
+    """Their transition goes by the elastic film, not by the ratio that maps draw."""
+    assert stated(MIXED | {"elastic": "true"}, speed=[10.0, 20.0]) == {}
+
+
 def test_a_sweep_keeps_them(tmp_path):
     """In its directory; one of before has none, and numbers that are none are refused."""
     points, fixed = cl.grid(speed=[30.0, 31.0]), {"model": "mixed"}
