@@ -91,7 +91,13 @@ def test_a_mounted_sensor(tmp_path):
 def test_the_card_names_what_it_is(made):
     """Synthetic, its seed, ranges, sensor and version."""
     text = made.with_name("card.md").read_text()
-    for part in ("**Synthetic**", "seed 3", "noise 1%", "Label clearance", f"clearance {cl.__version__}"):
+    for part in (
+        "**Synthetic**",
+        "seed 3",
+        "noise 1%",
+        "Label clearance",
+        f"clearance {cl.__version__}",
+    ):
         assert part in text
 
 
