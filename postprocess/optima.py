@@ -51,10 +51,14 @@ def _map(figure, axes, optimum: Optimum, swept: Sweep) -> dict[str, dict]:
     if len(free) == 1:
         figures.line(axes, places[0], values, **figures.stroke(0, 1))
         rooms = [[limit.room(v) for v in tables[limit.name]] for limit in optimum.limits]
-        inside = np.all(np.array(rooms) >= 0.0, axis=0)
-        figures.line(axes, places[0], np.where(inside, values, np.nan), lw=3.0, color="0.2")
-        axes.set_title("thick: limits hold", fontsize="small")
+        inside = np.all(np.array(rooms).reshape(-1, values.size) >= 0.0, axis=0)
         here.append([optimum.metrics[goal.name]])
+        # limits hold at the optimum, which lies between points of the map
+        x = np.append(places[0], here[0])
+        thick = np.append(np.where(inside, values, np.nan), here[1])
+        order = np.argsort(x)
+        figures.line(axes, x[order], thick[order], lw=3.0, color="0.2")
+        axes.set_title("thick: limits hold", fontsize="small")
         names.append(label)
     else:
         borders = tuple(edges(v, p.positive) for v, p in zip(places, free, strict=True))

@@ -362,7 +362,10 @@ def _doubts(
         )
     for values, growth in minima:
         text = ", ".join(f"{n} = {v:.4g}" for n, v in values.items())
-        yield f"another minimum is as likely within 2 deviations ({growth:.2g}): {text}"
+        yield (
+            f"another minimum is as likely within 2 deviations ({growth:.2g}): {text}; intervals "
+            "are those of the minimum above"
+        )
     failed = sum(not math.isfinite(e.cost) for e in ends)
     if failed:
         yield f"{failed} of {len(ends)} starts had no run"

@@ -128,6 +128,8 @@ def plain(parameter: Any, value: Any, drawn: bool = False) -> Any:
     if kind is float and isinstance(value, str):
         value = parameter.value(value)
     number = isinstance(value, int | float) and not isinstance(value, bool)
+    if kind is str and isinstance(value, bool):  # a choice with the words true and false
+        return str(value).lower()
     if kind is float and number:
         return checks.finite(name, float(value))
     if kind is int and number:

@@ -39,8 +39,11 @@ def test_nothing_is_stored_of_joints_without_a_transition():
 
 
 def test_elastic_joints_have_none():
-    """Their transition goes by the elastic film, not by the ratio that maps draw."""
-    assert stated(MIXED | {"elastic": "true"}, speed=[10.0, 20.0]) == {}
+    """Their transition goes by the elastic film, not by the ratio that maps draw. The word true and
+    the value are one.
+    """
+    for elastic in ("true", True):
+        assert stated(MIXED | {"elastic": elastic}, speed=[10.0, 20.0]) == {}
 
 
 def test_a_sweep_keeps_them(tmp_path):
