@@ -15,6 +15,7 @@ where they begin; names are made of body, drive and joint names:
   joint_<joint>_gap_min           smallest gap, negative where surfaces overlap          [m]
   joint_<joint>_eccentricity_ratio_max   1 - gap_min / clearance                         [-]
   joint_<joint>_film_thickness_ratio_min gap_min over composite roughness                [-]
+  joint_<joint>_elastic_film_min  thinnest film between elastic surfaces                 [m]
   joint_<joint>_contact_fraction  share of the time in contact, without asperities alone [-]
   joint_<joint>_impacts_per_turn  contacts that begin with a touch                       [-]
   joint_<joint>_impact_speed_max  of these contacts, 0 for none                          [m/s]
@@ -394,6 +395,9 @@ def _gap(seen: Reductions, joint: dict) -> Numbers:
     if roughness is not None:
         least, text = gap / roughness, f"smallest gap over roughness of joint {name}"
         yield f"joint_{name}_film_thickness_ratio_min", least, "1", text, time
+    if (path := f"joints/{name}/elastic_film") in seen:
+        thinnest, text = seen.extreme(f"{path}_min"), f"thinnest film of joint {name}, elastic"
+        yield f"joint_{name}_elastic_film_min", thinnest.value, "m", text, thinnest.time
 
 
 def contact_fraction(name: str, share) -> tuple:

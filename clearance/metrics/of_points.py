@@ -51,11 +51,15 @@ def of_point(
     return numbers | {n: values[n] for n in (*stay, *(n for n in values if n in oiled))}
 
 
+#: extremes of films, of their joints
+OF_FILMS = ("gap_min", "eccentricity_ratio_max", "film_thickness_ratio_min", "elastic_film_min")
+
+
 def of_films(scene: dict) -> Iterator[str]:
     """Names of the extremes of oiled joints, which a scene with dry ones has too."""
     for joint in scene["joints"]:
         if joint.get("film"):
-            for extreme in ("gap_min", "eccentricity_ratio_max", "film_thickness_ratio_min"):
+            for extreme in OF_FILMS:
                 yield f"joint_{joint['name']}_{extreme}"
 
 

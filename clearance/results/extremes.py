@@ -29,6 +29,7 @@ JOINT_EXTREMES = {"force_max": "peak_force", "gap_min": "smallest_gap"}
 #: channels of joints and drives with located extremes; of joints also the size of the force
 FOLLOWED = {
     "gap": LOW,
+    "elastic_film": LOW,
     "film_pressure": HIGH,
     "friction": BOTH,
     "torque": BOTH,

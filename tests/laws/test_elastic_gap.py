@@ -288,6 +288,8 @@ def test_a_run_says_where_it_is_elastic(typed, tmp_path):
     ratio = m / 2.448 * film_of(m, state["moes_material"], CENTRAL)
     assert state["film_over_rigid"] == pytest.approx(ratio, rel=0.1)  # film of finite length
     assert 0.0 < state["load_in_mixed"] < 1.0
+    thinnest = run.metrics(settle=0)["joint_B_elastic_film_min"].value
+    assert 0.99 * film.min() <= thinnest <= film.min()  # located between samples
     early = elastic_state(run, run.described("B"), end=run.time[at - 1])  # a part has its own film
     assert early["least_elastic_film"] == film[:at].min() > film[at]
     typed("report", path, "-o", tmp_path / "run.html")
