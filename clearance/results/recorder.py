@@ -21,7 +21,7 @@ import numpy as np
 from clearance.elements.regimes import Regime
 from clearance.results.extremes import JOINT_EXTREMES, Extreme, Extremes, Integrals
 from clearance.results.record import Record
-from clearance.values.later import Later
+from clearance.values.later import Later, Postponed
 
 ROOM = 1_000_000  # numbers that are held in memory
 
@@ -130,20 +130,12 @@ SOLVER_COLUMNS = {
 }
 
 
-class Ranges:
+class Ranges(Postponed):
     """Smallest and largest samples of all channels, (channels,), located extremes and integrals
     over time where steps were made.
 
     make: makes low, high, extremes and integrals, where somebody looks at one of them.
     """
-
-    def __init__(self, make: Callable[[], tuple]):
-        self._make: Callable[[], tuple] | None = make
-
-    @cached_property
-    def _made(self) -> tuple:
-        made, self._make = self._make(), None
-        return made
 
     @property
     def extremes(self) -> Extremes | None:

@@ -1,19 +1,23 @@
-"""Mappings that are made where somebody looks into them."""
+"""Values that are made where somebody looks into them."""
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
 
 
-class Later(Mapping):
-    """A mapping that is made where somebody looks into it; make: makes it."""
+class Postponed:
+    """Base of what is made where somebody looks into it; make: makes it, and is let go then."""
 
-    def __init__(self, make: Callable[[], Mapping]):
-        self._make: Callable[[], Mapping] | None = make
+    def __init__(self, make: Callable):
+        self._make: Callable | None = make
 
     @cached_property
-    def _made(self) -> Mapping:
+    def _made(self):
         made, self._make = self._make(), None
         return made
+
+
+class Later(Postponed, Mapping):
+    """A mapping that is made where somebody looks into it."""
 
     def __getitem__(self, key):
         return self._made[key]
