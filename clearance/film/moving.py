@@ -1,7 +1,7 @@
 """Finite element films of a run: their mesh follows the gap, their force is smooth in the motion.
 
 The equation, its frame and its biquadratic elements are those of film/fem.py, on a tensor mesh; the
-element matrices come from scikit-fem. Three things differ, for a step of an integrator is as long
+elements come from scikit-fem. Three things differ, for a step of an integrator is as long
 as the force is smooth.
 
 The mesh moves. It is uniform in u, with
@@ -59,7 +59,7 @@ from clearance.film.bearing import (
     check_state,
     coarseness,
 )
-from clearance.film.fem import TURN, mass_and_stiffness, quadratic_line, supplied, tensor_lines
+from clearance.film.fem import TURN, Line, supplied, tensor_lines
 from clearance.film.piezo import pressed, reduced
 
 WIDTH = 0.25  # of the rupture: its pressure is that at sqrt(2 WIDTH) nodes from a sharp one
@@ -392,18 +392,18 @@ def _grid(
     is).
     """
     around, along = tensor_lines(bearing, mesh)
-    ring, line = quadratic_line(around), quadratic_line(along)
-    mass, stiffness = mass_and_stiffness(line)
-    columns, zeta = np.sort(ring.doflocs[0])[:-1], np.sort(line.doflocs[0])
+    ring, line = Line(around, closed=True), Line(along)
+    mass, stiffness = line.mass().toarray(), line.stiffness().toarray()
+    columns, zeta, shapes = ring.nodes, line.nodes, ring.basis.basis
     order = [0, 2, 1]  # of the shapes of a cell: left, middle, right
     fixed, given = supplied(bearing, columns % TURN, zeta)
     for at in np.argwhere(fixed):
         given[*at] = reduced(given[*at], bearing.oil)[0]
     grid = Grid(
-        places=np.ascontiguousarray(ring.global_coordinates()[0]),
-        weights=np.ascontiguousarray(ring.dx),
-        shapes=np.stack([np.asarray(ring.basis[i][0])[0] for i in order], axis=-1),
-        slopes=np.stack([ring.basis[i][0].grad[0] for i in order], axis=-1),
+        places=ring.points.reshape(ring.basis.dx.shape),
+        weights=np.ascontiguousarray(ring.basis.dx),
+        shapes=np.stack([np.asarray(shapes[i][0])[0] for i in order], axis=-1),
+        slopes=np.stack([shapes[i][0].grad[0] for i in order], axis=-1),
         mass=mass,
         stiffness=bearing.axial * stiffness,
         load=mass.sum(axis=1),

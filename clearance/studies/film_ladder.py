@@ -15,6 +15,7 @@ from clearance.files.texts import markdown
 from clearance.film import bands, fem
 from clearance.film.bearing import Bearing
 from clearance.film.elastic import elastic_film
+from clearance.film.moving import MovingFilm
 from clearance.film.tabulated import table_film
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint
 from clearance.machine.store import njit
@@ -164,9 +165,7 @@ def single_states(progress: Callable[[str], None], quick: bool = False) -> list[
         progress(name)
         rungs.append(law_rung(name, kind, law, states, wanted))
     meshes = (FAST[:2], ELEMENTS[:2]) if quick else (FAST, ELEMENTS)
-    for (solver, kind), make, of in zip(
-        SOLVERS, (bands.FastFilm, fem.FemFilm), meshes, strict=True
-    ):
+    for (solver, kind), make, of in zip(SOLVERS, (bands.FastFilm, MovingFilm), meshes, strict=True):
         for mesh in of:
             name = f"{solver} {mesh[0]}x{mesh[1]}"
             progress(name)

@@ -1,4 +1,4 @@
-"""The finite element film: its own order of convergence, slopes, conserved oil, bad input.
+"""The finite element film: its own order of convergence, conserved oil, bad input.
 
 Published bearings and closed forms: test_published.py.
 """
@@ -13,17 +13,14 @@ from clearance.film import bands
 from clearance.film.bearing import Groove, load_error
 from clearance.film.fem import FemFilm, flow_factors, solve
 from clearance.laws.asperity import contact_flow_factor, pressure_flow_factor
-from tests.differences import slopes
 from tests.film.states import (
     LINE,
-    SCALE,
     SOMMERFELD,
     C,
     R,
     apart,
     bearing,
     force,
-    outputs,
     rows,
 )  # fmt: skip
 from tests.seeds import few_of
@@ -77,33 +74,6 @@ def test_order_of_the_load(cavitation, exact, order, last):
     assert errors[3] < 0.5 * errors[2]
 
 
-SLOPES = {
-    "rupture": {},
-    "cut": {"cavitation": "gumbel"},
-    "full": {"cavitation": "none", "roughness": 2e-5},
-    "ambient": {"ambient": 0.5 * SCALE},
-    "groove": {"grooves": (Groove(1.0, 0.4, 0.5, 1e4),), "roughness": 3e-5},
-    "conserving": {
-        "cavitation": "mass_conserving",
-        "grooves": (Groove(0.5, 0.2, 0.6, 1e4),),
-        "roughness": 3e-5,
-    },
-}
-
-
-@pytest.mark.parametrize("name", few_of([*SLOPES][::-1], 3))
-def test_slopes(name):
-    """Against central differences on the same wet region: 1e-5 of the largest slope (measured
-    1e-8).
-    """
-    film, state = FemFilm(bearing(**SLOPES[name]), (48, 6)), np.array([0.6, 0.05, 3.0])
-    actual = film.linearised(*state)
-    np.testing.assert_allclose(actual[:, 0], outputs(film.solve(*state)), rtol=1e-12)
-    wanted = slopes(lambda *at: outputs(film.solve(*at)), state, 1e-5)
-    scale = np.abs(actual[:, 1:]).max(axis=1, keepdims=True)
-    assert (np.abs(wanted - actual[:, 1:]) < 1e-5 * scale).all()
-
-
 class TestMassConserving:
     def test_cavity_carries_what_entered_it(self):
         """In the cavity the flow along theta is constant: content times the gap, here at the
@@ -118,35 +88,6 @@ class TestMassConserving:
         carried = middle[dry] * (1.0 + 0.6 * np.cos(face))
         assert len(dry) > 10
         np.testing.assert_allclose(carried, carried[0], rtol=1e-10)
-
-    @pytest.mark.parametrize("more", [{}, {"ambient": 2e4}, {"roughness": 2e-5}])
-    def test_every_step_keeps_the_oil(self, more):
-        """1e-10 of a full film in a step (measured 1e-15), the gap opening and closing; a steady
-        film stays.
-        """
-        film = FemFilm(fed(Groove(0.0, 0.2, 0.5, 1e4), slenderness=0.5, **more), (48, 6))
-        start = film.solve(0.6, 0.0, 20.0)
-        still = film.advance(0.6, 0.0, 20.0, start.content, 0.01)
-        np.testing.assert_allclose(outputs(still), outputs(start), rtol=1e-9)
-        eps, content, step = 0.6, start.content, 2e-3
-        for k in range(60):
-            rate = 8.0 * math.cos(0.25 * k)
-            eps += step * rate
-            now = film.advance(eps, rate, 20.0 if k < 40 else -20.0, content, step)
-            content = now.content
-            assert abs(film.mass_defect) < 1e-10
-            assert content.min() >= -1e-9
-            assert content.max() <= 1.0 + 1e-9
-
-    def test_forgets_how_it_started(self):
-        """A half empty film comes to the steady one, without a solve of that state in between."""
-        film = FemFilm(fed(), (32, 4))
-        steady = film.solve(0.5, 0.0, 2.0)
-        now, content = None, np.full(steady.content.shape, 0.5)
-        for _ in range(60):
-            now = film.advance(0.5, 0.0, 2.0, content, 0.5)
-            content = now.content
-        np.testing.assert_allclose(outputs(now), outputs(steady), rtol=1e-9)
 
     def test_backwards_is_the_mirror_image(self):
         """Turned around, the tangential force changes its sign, to rounding."""
@@ -185,16 +126,7 @@ class TestSupply:
         assert np.all(film.pressure[column] == 0.0)
 
 
-class TestReuse:
-    @pytest.mark.parametrize("eps", [0.3, 0.6, 0.9])
-    def test_warm_start_gives_the_same_film_sooner(self, eps):
-        """From a neighbour's rupture: the same outputs to 1e-10, by fewer systems."""
-        film = FemFilm(bearing())
-        film.solve(eps, 0.2, 1.5)
-        warm, cold = (film.solve(eps + 0.01, 0.2, 1.5, warm=w) for w in (True, False))
-        np.testing.assert_allclose(outputs(warm), outputs(cold), rtol=1e-10)
-        assert warm.iterations < cold.iterations
-
+class TestFields:
     def test_force_is_homogeneous_in_the_motion(self):
         """Three times the motion gives three times the force, to rounding."""
         film = FemFilm(bearing(), (32, 4))
@@ -212,17 +144,13 @@ class TestReuse:
 
 class TestRoughness:
     def test_factors_are_those_of_the_laws(self):
-        """1e-12; slopes against central differences, 1e-6."""
+        """1e-12; psi is the slope of the mean gap, against central differences, 1e-6."""
         oil, gap, h = bearing(roughness=0.2 * C), np.linspace(0.05, 2.0, 40), 1e-6
-        phi, phi_slope, psi, psi_slope, mean = flow_factors(oil, gap)
+        phi, psi, mean = flow_factors(oil, gap)
         np.testing.assert_allclose(phi, [pressure_flow_factor(5.0 * x) for x in gap], rtol=1e-12)
         np.testing.assert_allclose(psi, [contact_flow_factor(5.0 * x) for x in gap], rtol=1e-12)
-        above, below = flow_factors(oil, gap + h), flow_factors(oil, gap - h)
-        smooth = np.abs(5.0 * gap - 0.5) > 0.01
-        for k, slope in ((0, phi_slope), (2, psi_slope), (4, psi)):
-            np.testing.assert_allclose(
-                ((above[k] - below[k]) / (2 * h))[smooth], slope[smooth], atol=1e-6
-            )
+        above, below = (flow_factors(oil, gap + x)[2] for x in (h, -h))
+        np.testing.assert_allclose((above - below) / (2 * h), psi, atol=1e-6)
         assert np.all(mean >= gap * (1.0 - 1e-14))
 
     def test_smooth_is_the_limit(self):
@@ -250,25 +178,11 @@ class TestMeshError:
         for eps in (0.5, 0.7, 0.8, 0.85, 0.9, 0.95):
             for state in ((0.0, 1.0), (0.5, 1.0), (1.0, 0.0)):
                 wanted = bands.solve(of, eps, *state, (384, 24)).load
-                loads = {n: math.hypot(*film.outputs(eps, *state)[:2]) for n, film in films.items()}
+                loads = {n: film.solve(eps, *state).load for n, film in films.items()}
                 errors = {n: abs(load / wanted - 1.0) for n, load in loads.items()}
                 assert all(error < load_error(n, eps, slenderness) for n, error in errors.items())
                 bound = 1e-3 if eps <= 0.7 or (slenderness >= 0.5 and eps <= 0.9) else 4e-3
                 assert errors[64] < bound or eps > 0.9
-
-    def test_H2_doubt_knows_the_slenderness(self):
-        """The mesh of a run: 2 % of a short bearing's load at eps 0.9, less than 1 % of a longer
-        one's.
-        """
-        message = FemFilm(bearing(0.125), (32, 4)).doubt(0.9)
-        line = "32 cells around are too coarse for eccentricity ratio 0.9: the load may be 1.5% off"
-        assert message == f"{line}; take 64"
-        assert FemFilm(bearing(1.0), (32, 4)).doubt(0.9) is None
-
-
-def advanced(of, content, step=0.1):
-    """A step of a film from some content."""
-    return partial(FemFilm(of, (16, 2)).advance, 0.5, 0.0, 1.0, content, step)
 
 
 KEEPING = bearing(cavitation="mass_conserving")
@@ -304,13 +218,9 @@ SMALL = partial(FemFilm, mesh=(16, 2))
             ),
             "overlap and differ",
         ),
-        (advanced(bearing(), np.ones((32, 5))), "no content to advance"),
-        (advanced(KEEPING, np.full((16, 3), 1.5)), "content must lie in"),
-        (advanced(KEEPING, np.ones((16, 4))), "content must lie in"),
-        (advanced(KEEPING, np.ones((16, 3)), 0.0), "step must be positive"),
     ],
 )
 def test_bad_input(refused, message):
-    """Meshes, states, grooves and contents that cannot be are refused with one line."""
-    with pytest.raises(TypeError if "no content" in message else ValueError, match=message):
+    """Meshes, states and grooves that cannot be are refused with one line."""
+    with pytest.raises(ValueError, match=message):
         refused()
