@@ -291,6 +291,7 @@ class Driver:
         numbers = {"quantities": quantities, "limit": limit or LONGEST, "size": shape.size}
         held = sum(rows.counts[name] for name in group.stepper.HELD)
         numbers |= {"held": held, "pause": LONGEST}
+        numbers |= {f"{name}_row": rows.first.get(name, 0) for name in queue.ROWS}
         for name, number in (numbers | {"then": group.stepper.NEXT}).items():
             self.memory[name] = number
         self.rows = aligned(rows.total, width)
@@ -319,7 +320,6 @@ class Driver:
         contacts = group.shape.contacts
         return {
             "pieces": group.engine.pieces,
-            "at": integers(rows.first.get(name, 0) for name in queue.ROWS),
             "sides": aligned(width * rows.total, width).reshape(width, rows.total, width),
             "blank": group.blank(),
             "common": integers(common),

@@ -37,7 +37,7 @@ FINE = 1e-5  # of a step, to which the change of a flag is located
 ENDS, MIDDLE, OTHERS = 41.0 / 840.0, 272.0 / 840.0, (216.0 / 840.0, 27.0 / 840.0)
 WAITING = 0.75  # share of the lanes that wait for the end of their step, when it is made
 
-#: rows that the driver reads and sets, in the order in which it is given their places
+#: rows that the driver reads and sets; the place of each is a number of the driver, as `phase_row`
 ROWS = (
     "phase",
     "status",
@@ -82,50 +82,6 @@ ROWS = (
     "new",
     "slope",
 )
-(
-    PHASE,
-    STATUS,
-    TIME,
-    END,
-    FROM,
-    LAST_H,
-    STEPS,
-    REJECTED,
-    SAMPLE_TIME,
-    SAMPLE_THETA,
-    SHARE,
-    INNER_TIME,
-    INNER_THETA,
-    WITHIN,
-    VALUE,
-    LAST,
-    NEXT,
-    BETWEEN,
-    SEARCHED,
-    FOUND,
-    SEEN,
-    TRACKS,
-    SUMS,
-    SUMMANDS,
-    AT_BEGIN,
-    AT_MIDDLE,
-    AT_END,
-    REFINE,
-    GIVEN,
-    SAMPLE_STEP,
-    STATE,
-    TRIED,
-    STEP,
-    RTOL,
-    WORK,
-    AIMED,
-    EVENT,
-    SPOT_BEGIN,
-    SPOT_END,
-    PROBED,
-    NEW,
-    SLOPE,
-) = range(len(ROWS))
 
 #: columns of `spans`, a row for each point
 BEGIN, UNTIL, EVERY, SAMPLES, TURN = range(5)
@@ -151,7 +107,7 @@ def layout(*, width: int, quantities: int, contacts: int) -> np.dtype:
     rows of `impacts`; begun: 1 once it has begun; pause: turns after which runs wait to go on.
     """
     numbers = ("held", "quantities", "active", "limit", "taken", "alive", "then", "size", "filled")
-    numbers += ("begun", "pause")
+    numbers += ("begun", "pause", *(f"{name}_row" for name in ROWS))
     arrays = [
         ("progress", float, (width, PROGRESS)),
         ("drawn", int, (width, width)),  # numbers of the samples that wait, by lane
@@ -169,7 +125,7 @@ def layout(*, width: int, quantities: int, contacts: int) -> np.dtype:
 
 
 #: arrays that the driver is given.
-#: pieces: addresses; at: places of ROWS; rows: (rows, W); sides: rows beside each lane, for places
+#: pieces: addresses; rows: (rows, W); sides: rows beside each lane, for places
 #: of its run (W, rows, W); data: tables; blank: rows of a lane before its point; where, points:
 #: rows that a point sets, and its numbers (points, rows); common: rows that all places of a run
 #: share; spans: columns BEGIN to TURN; given: of each sample (points or 1, numbers, samples);
@@ -183,7 +139,6 @@ def layout(*, width: int, quantities: int, contacts: int) -> np.dtype:
 CUBE = types.float64[:, :, ::1]
 ARRAYS = {
     "pieces": INTEGERS,
-    "at": INTEGERS,
     "rows": MATRIX,
     "sides": CUBE,
     "data": VECTOR,
@@ -249,7 +204,7 @@ def load(s, lane, point):
         s.rows[s.where[i], lane] = s.points[point, i]
     for k in range(s.kinds.size):
         if s.kinds[k] == CONTACT:
-            s.rows[s.at[WORK] + s.spots[k], lane] = FREE
+            s.rows[s.work_row + s.spots[k], lane] = FREE
     for i in range(SEEKS):
         s.seeks[lane, i] = 0.0
     for i in range(s.common.size):
@@ -257,11 +212,11 @@ def load(s, lane, point):
             s.sides[lane, s.common[i], k] = s.rows[s.common[i], lane]
     for i in range(s.means.size):
         for k in range(s.rows.shape[1]):
-            s.sides[lane, s.at[SUMS] + i, k] = 0.0
+            s.sides[lane, s.sums_row + i, k] = 0.0
     begin = s.spans[point, BEGIN]
-    s.rows[s.at[PHASE], lane] = START
-    s.rows[s.at[END], lane] = end_of_turn(s, point, 0)
-    s.rows[s.at[WITHIN], lane] = 0.0 if begin > 0.0 else 1.0
+    s.rows[s.phase_row, lane] = START
+    s.rows[s.end_row, lane] = end_of_turn(s, point, 0)
+    s.rows[s.within_row, lane] = 0.0 if begin > 0.0 else 1.0
     s.progress[lane, POINT], s.progress[lane, TURNS] = point, 0.0
     s.progress[lane, DRAWN] = 0.0
     index = math.ceil(begin * (1.0 - SAME) / s.spans[point, EVERY])
@@ -271,7 +226,7 @@ def load(s, lane, point):
 @shared
 def take(s, lane):
     """Begin the next point in a lane, where there is one."""
-    s.rows[s.at[PHASE], lane] = IDLE
+    s.rows[s.phase_row, lane] = IDLE
     if s.taken < s.waiting.size:
         load(s, lane, s.waiting[s.taken])
         s.taken += 1
@@ -286,10 +241,10 @@ def keep(s, lane):
         s.close(s.address, lane)
     for i in range(s.gathered.size):
         s.results[point, i] = s.rows[s.gathered[i], lane]
-    code, n = s.rows[s.at[STATUS], lane], s.gathered.size
+    code, n = s.rows[s.status_row, lane], s.gathered.size
     s.results[point, n] = status.DONE if code == 0.0 else code
-    s.results[point, n + 1] = s.rows[s.at[STEPS], lane]
-    s.results[point, n + 2] = s.rows[s.at[REJECTED], lane]
+    s.results[point, n + 1] = s.rows[s.steps_row, lane]
+    s.results[point, n + 2] = s.rows[s.rejected_row, lane]
     s.alive -= 1
 
 
@@ -298,16 +253,16 @@ def end_turn(s, lane, point, turn):
     """Keep extremes, sums and energies of a turn."""
     draw(s, lane)
     for k in range(s.quantities):
-        s.extremes[point, turn, k] = s.rows[s.at[VALUE] + k, lane]
-        s.rows[s.at[VALUE] + k, lane] = s.rows[s.at[NEXT] + k, lane]
+        s.extremes[point, turn, k] = s.rows[s.value_row + k, lane]
+        s.rows[s.value_row + k, lane] = s.rows[s.next_row + k, lane]
     for k in range(s.energies.size):
-        s.ledgers[point, turn, k] = s.rows[s.at[STATE] + s.energies[k], lane]
+        s.ledgers[point, turn, k] = s.rows[s.y_row + s.energies[k], lane]
     for i in range(s.means.size):
-        total = s.rows[s.at[SUMS] + i, lane]
+        total = s.rows[s.sums_row + i, lane]
         for k in range(s.rows.shape[1]) if s.means[i] < STEPPED else range(0):
-            value = s.sides[lane, s.at[SUMS] + i, k]
+            value = s.sides[lane, s.sums_row + i, k]
             total = total + value if s.means[i] else max(total, value)
-            s.sides[lane, s.at[SUMS] + i, k] = 0.0
+            s.sides[lane, s.sums_row + i, k] = 0.0
         s.totals[point, turn, i] = total
 
 
@@ -316,18 +271,18 @@ def arrive(s, lane):
     """Take in the end of a turn: its extremes, and that the window begins; False where the run is
     over.
     """
-    if s.rows[s.at[STATUS], lane] != 0.0:
+    if s.rows[s.status_row, lane] != 0.0:
         return False
     point, turn = int(s.progress[lane, POINT]), int(s.progress[lane, TURNS])
-    time = s.rows[s.at[TIME], lane]
+    time = s.rows[s.t_row, lane]
     end_turn(s, lane, point, turn)
     if time >= s.spans[point, UNTIL]:
         return False
     if time >= s.spans[point, BEGIN] * (1.0 - SAME):
-        s.rows[s.at[WITHIN], lane] = 1.0
+        s.rows[s.within_row, lane] = 1.0
     s.progress[lane, TURNS] = turn + 1.0
-    s.rows[s.at[END], lane] = end_of_turn(s, point, turn + 1)
-    s.rows[s.at[PHASE], lane] = s.then
+    s.rows[s.end_row, lane] = end_of_turn(s, point, turn + 1)
+    s.rows[s.phase_row, lane] = s.then
     return True
 
 
@@ -347,17 +302,17 @@ def draw(s, lane):
         return
     side = s.sides[lane]
     for k in range(count, side.shape[1]):  # copies, which have no share
-        side[s.at[SHARE], k] = 0.0
-        side[s.at[SAMPLE_TIME], k] = side[s.at[SAMPLE_TIME], 0]
-        side[s.at[SAMPLE_THETA], k] = side[s.at[SAMPLE_THETA], 0]
+        side[s.share_row, k] = 0.0
+        side[s.sample_time_row, k] = side[s.sample_time_row, 0]
+        side[s.sample_theta_row, k] = side[s.sample_theta_row, 0]
         for i in range(s.held):
-            side[s.at[SAMPLE_STEP] + i, k] = side[s.at[SAMPLE_STEP] + i, 0]
+            side[s.sample_base_row + i, k] = side[s.sample_base_row + i, 0]
         for i in range(s.given.shape[1]):
-            side[s.at[GIVEN] + i, k] = side[s.at[GIVEN] + i, 0]
+            side[s.given_row + i, k] = side[s.given_row + i, 0]
     call(s, CALL_SAMPLE, side)
     for i in range(s.tracks.shape[1]):
         for k in range(count):
-            s.tracks[point, i, s.drawn[lane, k]] = side[s.at[TRACKS] + i, k]
+            s.tracks[point, i, s.drawn[lane, k]] = side[s.tracks_row + i, k]
     s.progress[lane, DRAWN] = 0.0
 
 
@@ -366,11 +321,11 @@ def hold(s, lane, time, theta, share, index):
     """Let a sample in the step made last wait for its outputs."""
     column, side = int(s.progress[lane, DRAWN]), s.sides[lane]
     copy_step(s, HOLD, lane, column)
-    side[s.at[SAMPLE_THETA], column], side[s.at[SAMPLE_TIME], column] = theta, time
-    side[s.at[SHARE], column] = share
+    side[s.sample_theta_row, column], side[s.sample_time_row, column] = theta, time
+    side[s.share_row, column] = share
     of = min(int(s.progress[lane, POINT]), s.given.shape[0] - 1)
     for i in range(s.given.shape[1]):
-        side[s.at[GIVEN] + i, column] = s.given[of, i, index]
+        side[s.given_row + i, column] = s.given[of, i, index]
     s.drawn[lane, column] = index
     s.progress[lane, DRAWN] = column + 1.0
     if column + 1 == side.shape[1]:
@@ -380,10 +335,10 @@ def hold(s, lane, time, theta, share, index):
 @shared
 def sample(s, lane):
     """Take the samples of the step made last."""
-    time = s.rows[s.at[TIME], lane]
+    time = s.rows[s.t_row, lane]
     if s.progress[lane, DUE] > time:
         return
-    h, begun = s.rows[s.at[LAST_H], lane], s.rows[s.at[FROM], lane]
+    h, begun = s.rows[s.last_h_row, lane], s.rows[s.from_row, lane]
     point = int(s.progress[lane, POINT])
     begin, until = s.spans[point, BEGIN], s.spans[point, UNTIL]
     half = 0.5 * s.spans[point, EVERY]
@@ -399,9 +354,9 @@ def sample(s, lane):
 @inline
 def look(s, lane, column, quantity, stage, theta):
     """Have a place inside the step made last looked at."""
-    begun, h = s.rows[s.at[FROM], lane], s.rows[s.at[LAST_H], lane]
-    s.sides[lane, s.at[INNER_THETA], column] = theta
-    s.sides[lane, s.at[INNER_TIME], column] = begun + theta * h
+    begun, h = s.rows[s.from_row, lane], s.rows[s.last_h_row, lane]
+    s.sides[lane, s.inner_theta_row, column] = theta
+    s.sides[lane, s.inner_time_row, column] = begun + theta * h
     s.places[column], s.stages[column], s.thetas[column] = quantity, stage, theta
 
 
@@ -410,11 +365,11 @@ def see(s, lane, columns):
     """Outputs at the places of the search; the largest of each quantity stays."""
     side, rows = s.sides[lane], s.rows
     for k in range(columns, side.shape[1]):  # copies, which nobody reads
-        side[s.at[INNER_TIME], k] = side[s.at[INNER_TIME], 0]
-        side[s.at[INNER_THETA], k] = side[s.at[INNER_THETA], 0]
+        side[s.inner_time_row, k] = side[s.inner_time_row, 0]
+        side[s.inner_theta_row, k] = side[s.inner_theta_row, 0]
     call(s, CALL_INSIDE, side)
     s.calls[len(PIECES) + CALL_INSIDE] += columns
-    seen, values = s.at[SEEN], s.at[VALUE]
+    seen, values = s.seen_row, s.value_row
     for i in range(s.quantities):
         if s.inner[i]:
             best = rows[values + i, lane]
@@ -496,11 +451,11 @@ def search(s, lane):
     """Locate extremes inside the step made last, whose middle is there."""
     s.active = 0
     for i in range(s.quantities):
-        if s.rows[s.at[SEARCHED] + i, lane] > 0.5:
+        if s.rows[s.search_row + i, lane] > 0.5:
             q = s.searches[i]
             q[A], q[B], q[C], q[WIDTH], q[ROUND], q[STAGE] = 0.0, 0.5, 1.0, 1.0, 0.0, SUMMIT
-            q[AT_A], q[AT_C] = s.rows[s.at[LAST] + i, lane], s.rows[s.at[NEXT] + i, lane]
-            q[AT_B], q[BEST] = s.rows[s.at[BETWEEN] + i, lane], s.rows[s.at[VALUE] + i, lane]
+            q[AT_A], q[AT_C] = s.rows[s.last_row + i, lane], s.rows[s.next_row + i, lane]
+            q[AT_B], q[BEST] = s.rows[s.between_row + i, lane], s.rows[s.value_row + i, lane]
             s.searched[s.active] = i
             s.active += 1
     columns = asked(s, lane)
@@ -510,20 +465,20 @@ def search(s, lane):
         see(s, lane, columns)
         for k in range(columns):
             i = s.places[k]
-            found(s.searches[i], s.stages[k], s.thetas[k], s.sides[lane, s.at[SEEN] + i, k])
+            found(s.searches[i], s.stages[k], s.thetas[k], s.sides[lane, s.seen_row + i, k])
         columns = asked(s, lane)
 
 
 @shared
 def refine(s, lane):
     """Add the step made last to the sums over steps, by seven places."""
-    rows, side, h, width = s.rows, s.sides[lane], s.rows[s.at[LAST_H], lane], s.rows.shape[1]
+    rows, side, h, width = s.rows, s.sides[lane], s.rows[s.last_h_row, lane], s.rows.shape[1]
     copy_step(s, SPREAD, lane, 0)
     for i in range(s.means.size):
         if s.means[i] == STEPPED:
-            ends = rows[s.at[AT_BEGIN] + i, lane] + rows[s.at[AT_END] + i, lane]
-            middle = rows[s.at[AT_MIDDLE] + i, lane]
-            rows[s.at[SUMS] + i, lane] += h * (ENDS * ends + MIDDLE * middle)
+            ends = rows[s.at_begin_row + i, lane] + rows[s.at_end_row + i, lane]
+            middle = rows[s.at_middle_row + i, lane]
+            rows[s.sums_row + i, lane] += h * (ENDS * ends + MIDDLE * middle)
         elif s.means[i] == TIMED:
             add_time(s, lane, i)
     for first in range(0, len(PLACES), width):
@@ -535,7 +490,7 @@ def refine(s, lane):
             weight = h * OTHERS[min(first + k, len(PLACES) - 1 - first - k)]
             for i in range(s.means.size):
                 if s.means[i] == STEPPED:
-                    rows[s.at[SUMS] + i, lane] += weight * side[s.at[SUMMANDS] + i, k]
+                    rows[s.sums_row + i, lane] += weight * side[s.summands_row + i, k]
 
 
 @shared
@@ -550,7 +505,7 @@ def switching(s, lane, i, flag, low, high):
             look(s, lane, k, 0, SUMMIT, low + (k + 1) * step)
         see(s, lane, width)
         same = 0
-        while same < width and side[s.at[SUMMANDS] + i, same] == flag:
+        while same < width and side[s.summands_row + i, same] == flag:
             same += 1
         low += same * step
         high = min(high, low + step)
@@ -561,22 +516,22 @@ def switching(s, lane, i, flag, low, high):
 def add_time(s, lane, i):
     """Add the time in the step made last in which a flag is set, from knot to knot."""
     rows, side = s.rows, s.sides[lane]
-    before, after = rows[s.at[AT_BEGIN] + i, lane], 0.0
+    before, after = rows[s.at_begin_row + i, lane], 0.0
     low, share = 0.0, 0.0
     for k in range(len(KNOTS)):
         high = KNOTS[k]
         if high < 1.0:
             look(s, lane, 0, 0, SUMMIT, high)
             see(s, lane, 1)
-            after = side[s.at[SUMMANDS] + i, 0]
+            after = side[s.summands_row + i, 0]
         else:
-            after = rows[s.at[AT_END] + i, lane]
+            after = rows[s.at_end_row + i, lane]
         middle = high
         if after != before:
             middle = switching(s, lane, i, before, low, high)
         share += (middle - low) * before + (high - middle) * after
         low, before = high, after
-    rows[s.at[SUMS] + i, lane] += rows[s.at[LAST_H], lane] * share
+    rows[s.sums_row + i, lane] += rows[s.last_h_row, lane] * share
 
 
 # --- the loop
@@ -584,32 +539,32 @@ def add_time(s, lane, i):
 def lead_on(s, lane):
     """After a step or the start: samples, extremes, the end of a turn or of the run, contacts."""
     sample(s, lane)
-    if s.rows[s.at[REFINE], lane] > 0.5:
+    if s.rows[s.refine_row, lane] > 0.5:
         refine(s, lane)
-    if s.rows[s.at[FOUND], lane] > 0.5:
+    if s.rows[s.found_row, lane] > 0.5:
         search(s, lane)
-    trials = s.rows[s.at[STEPS], lane] + s.rows[s.at[REJECTED], lane]
-    if s.rows[s.at[PHASE], lane] == s.then and trials >= s.limit:
-        s.rows[s.at[STATUS], lane] = status.TOO_MANY_STEPS
-        s.rows[s.at[PHASE], lane] = ARRIVED
-    if s.rows[s.at[PHASE], lane] == ARRIVED and not arrive(s, lane):
+    trials = s.rows[s.steps_row, lane] + s.rows[s.rejected_row, lane]
+    if s.rows[s.phase_row, lane] == s.then and trials >= s.limit:
+        s.rows[s.status_row, lane] = status.TOO_MANY_STEPS
+        s.rows[s.phase_row, lane] = ARRIVED
+    if s.rows[s.phase_row, lane] == ARRIVED and not arrive(s, lane):
         keep(s, lane)
         take(s, lane)
-    elif s.kinds.size > 0 and s.called[lane] == FINISH and s.rows[s.at[EVENT], lane] == 0.0:
+    elif s.kinds.size > 0 and s.called[lane] == FINISH and s.rows[s.event_row, lane] == 0.0:
         s.leave(s.address, lane)
-    if s.progress[lane, TURNS] >= s.pause and s.rows[s.at[PHASE], lane] != IDLE:
-        s.progress[lane, GOES_ON] = s.rows[s.at[PHASE], lane]
-        s.rows[s.at[PHASE], lane] = IDLE
+    if s.progress[lane, TURNS] >= s.pause and s.rows[s.phase_row, lane] != IDLE:
+        s.progress[lane, GOES_ON] = s.rows[s.phase_row, lane]
+        s.rows[s.phase_row, lane] = IDLE
         s.alive -= 1
 
 
 @shared
 def lead(s, lane):
     """After the start or the end of a step."""
-    if s.kinds.size > 0 and s.rows[s.at[PHASE], lane] != ARRIVED:
+    if s.kinds.size > 0 and s.rows[s.phase_row, lane] != ARRIVED:
         if s.called[lane] == START and s.begin(s.address, lane) == 1:
             return
-        if s.called[lane] == FINISH and s.rows[s.at[EVENT], lane] > 0.5:
+        if s.called[lane] == FINISH and s.rows[s.event_row, lane] > 0.5:
             s.aim(s.address, lane)
             return
     lead_on(s, lane)
@@ -619,7 +574,7 @@ def lead(s, lane):
 def give_up(s):
     """Take in the lanes whose step became too small."""
     for lane in range(s.rows.shape[1]):
-        if s.rows[s.at[PHASE], lane] == ARRIVED:
+        if s.rows[s.phase_row, lane] == ARRIVED:
             keep(s, lane)
             take(s, lane)
 
@@ -629,7 +584,7 @@ def begin_and_end(s):
     """Make the ends of the steps that wait for it, begin what is to begin, and the next steps."""
     beginning = ending = 0
     for lane in range(s.rows.shape[1]):
-        phase = s.rows[s.at[PHASE], lane]
+        phase = s.rows[s.phase_row, lane]
         beginning += phase == START
         ending += phase == FINISH
         s.called[lane] = int(phase) if phase in (START, FINISH) else IDLE
@@ -653,7 +608,7 @@ def iterate(s, iterating):
     s.calls[len(PIECES) + CALL_ITERATE] += iterating
     call(s, CALL_ITERATE, s.rows)
     for lane in range(s.rows.shape[1]) if s.kinds.size > 0 else range(0):
-        if s.rows[s.at[PHASE], lane] == FINISH and s.rows[s.at[AIMED], lane] > 0.5:
+        if s.rows[s.phase_row, lane] == FINISH and s.rows[s.aimed_row, lane] > 0.5:
             s.approach(s.address, lane)
     if s.then == ITERATE:
         give_up(s)
@@ -674,7 +629,7 @@ def run(address):
             return s.alive
         iterating = 0
         for lane in range(width):
-            if s.rows[s.at[PHASE], lane] == ITERATE:
+            if s.rows[s.phase_row, lane] == ITERATE:
                 iterating += 1
         if iterating > 0 and s.alive - iterating < WAITING * s.alive:
             iterate(s, iterating)

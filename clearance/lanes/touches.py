@@ -11,27 +11,7 @@ import math
 from clearance.files.sealed import digest_of_code
 from clearance.lanes import queue
 from clearance.lanes.probes import PROBES
-from clearance.lanes.queue import (
-    AIMED,
-    END,
-    LANE_SIGNATURE,
-    LAST_H,
-    NEW,
-    PHASE,
-    POINT,
-    PROBED,
-    RTOL,
-    SLOPE,
-    SPOT_BEGIN,
-    SPOT_END,
-    STATUS,
-    STEP,
-    TIME,
-    TRIED,
-    WORK,
-    draw,
-    lanes_at,
-)
+from clearance.lanes.queue import LANE_SIGNATURE, POINT, draw, lanes_at
 from clearance.lanes.steps import ARRIVED, FINISH, START
 from clearance.machine.store import OPTIONS, Entry
 from clearance.stepping import control, status
@@ -61,17 +41,17 @@ HALVINGS = 60  # of the place where a cubic changes its sign
 @inline
 def touches(s, lane, k):
     """True where a contact with a first touch goes on."""
-    return s.kinds[k] == CONTACT and s.rows[s.at[WORK] + s.spots[k], lane] != FREE
+    return s.kinds[k] == CONTACT and s.rows[s.work_row + s.spots[k], lane] != FREE
 
 
 @inline
 def probed(s, lane, k, p):
     """Penetration and its rate at the begin of part p of the step."""
-    first = s.at[SPOT_BEGIN] + 2 * k
+    first = s.begins_row + 2 * k
     if p == PROBES:
-        first = s.at[SPOT_END] + 2 * k
+        first = s.ends_row + 2 * k
     elif p > 0:
-        first = s.at[PROBED] + 2 * ((p - 1) * s.kinds.size + k)
+        first = s.probes_row + 2 * ((p - 1) * s.kinds.size + k)
     return s.rows[first, lane], s.rows[first + 1, lane]
 
 
@@ -128,8 +108,8 @@ def note(s, lane, k, separation, over):
     row, spot = s.impacts[s.filled], s.spots[k]
     row[0], row[1], row[2] = s.progress[lane, POINT], spot, s.since[lane, k]
     row[3], row[4] = (
-        s.rows[s.at[WORK] + spot, lane],
-        s.rows[s.at[TIME], lane] - s.since[lane, k],
+        s.rows[s.work_row + spot, lane],
+        s.rows[s.t_row, lane] - s.since[lane, k],
     )
     row[5], row[6] = separation, over
     s.filled += 1
@@ -138,7 +118,7 @@ def note(s, lane, k, separation, over):
 @shared
 def remember(s, lane, k, speed):
     """Set the impact speed that a contact remembers, or that it is free."""
-    row = s.at[WORK] + s.spots[k]
+    row = s.work_row + s.spots[k]
     s.rows[row, lane] = speed
     for i in range(s.rows.shape[1]):
         s.sides[lane, row, i] = speed
@@ -147,12 +127,12 @@ def remember(s, lane, k, speed):
 @shared
 def switch(s, lane, k):
     """Start or end a contact where the run stands."""
-    rate = s.rows[s.at[SPOT_BEGIN] + 2 * k + 1, lane]
+    rate = s.rows[s.begins_row + 2 * k + 1, lane]
     if touches(s, lane, k):
         note(s, lane, k, -rate, 1.0)
         remember(s, lane, k, FREE)
     else:
-        s.since[lane, k] = s.rows[s.at[TIME], lane]
+        s.since[lane, k] = s.rows[s.t_row, lane]
         remember(s, lane, k, max(rate, 0.0))
 
 
@@ -165,14 +145,14 @@ def change_phase(s, lane, met):
     switch(s, lane, met)
     for k in range(s.kinds.size):
         depth, rate = (
-            s.rows[s.at[SPOT_BEGIN] + 2 * k, lane],
-            s.rows[s.at[SPOT_BEGIN] + 2 * k + 1, lane],
+            s.rows[s.begins_row + 2 * k, lane],
+            s.rows[s.begins_row + 2 * k + 1, lane],
         )
         if k != met and s.kinds[k] == CONTACT and abs(depth) <= s.bands[k]:
             crosses = rate < 0.0 if touches(s, lane, k) else rate > 0.0
             if crosses:
                 switch(s, lane, k)
-    s.rows[s.at[PHASE], lane] = START
+    s.rows[s.phase_row, lane] = START
 
 
 @inline
@@ -192,18 +172,18 @@ def begin(address, lane):
     seek, rows, first = s.seeks[lane], s.rows, False
     if seek[FRESH] == 0.0:
         for k in range(s.kinds.size):
-            depth = rows[s.at[SPOT_BEGIN] + 2 * k, lane]
+            depth = rows[s.begins_row + 2 * k, lane]
             if s.kinds[k] == CONTACT and not touches(s, lane, k) and depth > 0.0:
                 switch(s, lane, k)
                 first = True
         if first:
-            rows[s.at[PHASE], lane] = START
+            rows[s.phase_row, lane] = START
             return 1
     else:
-        least = resolution(rows[s.at[TIME], lane], rows[s.at[END], lane])
+        least = resolution(rows[s.t_row, lane], rows[s.end_row, lane])
         last = seek[kept(s, lane)]
-        step = last if last > least else max(rows[s.at[STEP], lane], CLEARLY * least)
-        rows[s.at[STEP], lane] = step
+        step = last if last > least else max(rows[s.step_row, lane], CLEARLY * least)
+        rows[s.step_row, lane] = step
     seek[FRESH] = 1.0
     return 0
 
@@ -212,26 +192,26 @@ def aim(address, lane):
     """A contact starts or ends inside the step: have it tried again to end there."""
     s = lanes_at(address)
     seek, rows = s.seeks[lane], s.rows
-    h, t = rows[s.at[TRIED], lane], rows[s.at[TIME], lane]
+    h, t = rows[s.h_row, lane], rows[s.t_row, lane]
     event, place = first_event(s, lane, h)
     seek[MET], seek[SPOT] = 0.0, event
-    rows[s.at[AIMED], lane] = 1.0
+    rows[s.aimed_row, lane] = 1.0
     if event < 0 or place * h <= RESOLVED * max(t, h):
         if event >= 0 and s.kinds[event] == CONTACT:  # it is where the step begins
             seek[FLIPS] += 1.0
-            rows[s.at[AIMED], lane] = 0.0
+            rows[s.aimed_row, lane] = 0.0
             change_phase(s, lane, event)
             if seek[FLIPS] > FLIP_LIMIT:
-                rows[s.at[STATUS], lane] = status.STEP_TOO_SMALL
-                rows[s.at[PHASE], lane] = ARRIVED
+                rows[s.status_row, lane] = status.STEP_TOO_SMALL
+                rows[s.phase_row, lane] = ARRIVED
         else:  # it is taken as it is
             seek[SPOT] = -1.0
-            rows[s.at[PHASE], lane] = FINISH
+            rows[s.phase_row, lane] = FINISH
         return 0
     seek[SIGN], seek[LOW], seek[HIGH], seek[PASSED] = beyond(s, lane, event), 0.0, h, 0.0
     seek[TRIALS], seek[PROPOSAL] = 0.0, h
-    rows[s.at[TRIED], lane] = place * h
-    rows[s.at[PHASE], lane] = s.then
+    rows[s.h_row, lane] = place * h
+    rows[s.phase_row, lane] = s.then
     return 0
 
 
@@ -243,13 +223,13 @@ def approach(address, lane):
     seek, rows = s.seeks[lane], s.rows
     if seek[SPOT] < 0.0 or seek[TRIALS] < 0.0:
         return 0
-    k, h, t = int(seek[SPOT]), rows[s.at[TRIED], lane], rows[s.at[TIME], lane]
-    end = s.at[SPOT_END] + 2 * k
+    k, h, t = int(seek[SPOT]), rows[s.h_row, lane], rows[s.t_row, lane]
+    end = s.ends_row + 2 * k
     value, rate = seek[SIGN] * rows[end, lane], seek[SIGN] * rows[end + 1, lane]
     seek[TRIALS] += 1.0
     shift = -value / rate if rate > 0.0 else math.inf
     near = abs(value) <= 1e-2 * s.bands[k]
-    tiny = abs(shift) < min(1e-6, 1e-3 * rows[s.at[RTOL], lane]) * h
+    tiny = abs(shift) < min(1e-6, 1e-3 * rows[s.rtol_row, lane]) * h
     if near or tiny:
         if not near:
             nudge(s, lane, shift)
@@ -268,8 +248,8 @@ def approach(address, lane):
     if closed or seek[TRIALS] >= ALIGNMENTS:
         seek[MET], seek[TRIALS] = 1.0 if value > 0.0 else 0.0, -1.0
         return 0
-    rows[s.at[TRIED], lane] = h + shift
-    rows[s.at[PHASE], lane] = s.then
+    rows[s.h_row, lane] = h + shift
+    rows[s.phase_row, lane] = s.then
     return 0
 
 
@@ -278,20 +258,20 @@ def nudge(s, lane, shift):
     """Move the end of the step by a time so short that the tangent is exact to rounding."""
     rows = s.rows
     for i in range(s.size):
-        rows[s.at[NEW] + i, lane] += shift * rows[s.at[SLOPE] + i, lane]
+        rows[s.new_row + i, lane] += shift * rows[s.slope_row + i, lane]
     for k in range(s.kinds.size):
-        rows[s.at[SPOT_END] + 2 * k, lane] += shift * rows[s.at[SPOT_END] + 2 * k + 1, lane]
-    rows[s.at[TRIED], lane] += shift
+        rows[s.ends_row + 2 * k, lane] += shift * rows[s.ends_row + 2 * k + 1, lane]
+    rows[s.h_row, lane] += shift
 
 
 def leave(address, lane):
     """After a step that is taken: contacts that it ends on, and the step after it."""
     s = lanes_at(address)
     seek, rows = s.seeks[lane], s.rows
-    aimed = rows[s.at[AIMED], lane] > 0.5 and seek[SPOT] >= 0.0
-    seek[FLIPS], rows[s.at[AIMED], lane] = 0.0, 0.0
+    aimed = rows[s.aimed_row, lane] > 0.5 and seek[SPOT] >= 0.0
+    seek[FLIPS], rows[s.aimed_row, lane] = 0.0, 0.0
     if seek[FRESH] == 1.0 and not aimed:
-        seek[kept(s, lane)] = rows[s.at[LAST_H], lane]
+        seek[kept(s, lane)] = rows[s.last_h_row, lane]
     seek[FRESH] = 2.0
     if not aimed:
         return 0
@@ -299,7 +279,7 @@ def leave(address, lane):
     if seek[MET] == 1.0 and s.kinds[k] == CONTACT:
         change_phase(s, lane, k)
     else:
-        rows[s.at[STEP], lane] = ONSET * seek[PROPOSAL]
+        rows[s.step_row, lane] = ONSET * seek[PROPOSAL]
     return 0
 
 
