@@ -80,7 +80,7 @@ class Gear(Spring):
         first, second = m.coordinate(self.first), m.coordinate(self.second)
         deflection = scale * (ratio * first.v - second.v + m.number(self, "phase"))
         force = self.pull(m, w, deflection, scale * (ratio * first.d - second.d))
-        size = m.trace.function("fabs", force) * m.number(self, "spread")
+        size = abs(force) * m.number(self, "spread")
         apart = size / m.trace.sqrt(rx * rx + ry * ry)
         fx, fy = force * tx + apart * rx, force * ty + apart * ry
         for body, sign in zip(self.bodies(), (-1.0, 1.0), strict=True):

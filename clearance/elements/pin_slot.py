@@ -135,7 +135,7 @@ class ClearancePinSlot(ClearanceJoint):
                 f"normal contact force of the {name} wall",
                 normal,
             )
-        size = m.trace.function("fabs", offset.v)
+        size = abs(offset.v)
         w.show(
             self,
             "gap",

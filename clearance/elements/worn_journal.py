@@ -139,7 +139,7 @@ class WornJournal(Journal):
         self._add(self.vector(0.0, tangential), 0.0, 0.0)
         self._show(normal)
         if joint.wear or joint.wear_journal:
-            speed = trace.function("fabs", self._sliding()[0])
+            speed = abs(self._sliding()[0])
             values = self.clearance - lift, stiffness, speed, *solid
             w.follow(joint, dict(zip(FOLLOWED, [*self.place, *values], strict=True)))
             self._wear(normal, speed)

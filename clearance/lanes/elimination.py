@@ -36,8 +36,8 @@ def inverse(piece, a):
 def magnitude(piece, a):
     """Size that pivots go by."""
     if isinstance(a, Complex):
-        return piece.size(a.real) + piece.size(a.imag)
-    return piece.size(a)
+        return abs(a.real) + abs(a.imag)
+    return abs(a)
 
 
 def chosen(piece, condition, a, b):
@@ -60,7 +60,7 @@ def factor(piece, a: list[list]) -> tuple[list[list], list]:
     a, exchanges, n = [list(row) for row in a], [], len(a)
     for k in range(n):
         for i in range(k + 1, n):
-            larger = piece.above(magnitude(piece, a[i][k]), magnitude(piece, a[k][k]))
+            larger = magnitude(piece, a[i][k]) > magnitude(piece, a[k][k])
             exchanges.append(larger)
             for j in range(n):
                 a[k][j], a[i][j] = swapped(piece, larger, a[k][j], a[i][j])

@@ -90,7 +90,7 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     t, y = piece.one("t"), piece.all("y")
     h, failed = proposed(piece)
     if shape.contacts:
-        aimed = piece.above(piece.one("aimed"), 0.5)
+        aimed = piece.one("aimed") > 0.5
         h, failed = piece.choose(aimed, piece.one("h"), h), piece.choose(aimed, 0.0, failed)
     slopes, inner = [piece.all("f")], y
     for s in range(1, STAGES):
@@ -100,14 +100,14 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     slope = piece.call(entries.rhs, t + h, new)
     error = error_of(piece, shape, h, new, [*slopes, slope])
     finite = piece.finite([*new, *slope, error])
-    accurate = piece.both(finite, piece.none(piece.above(error, 1.0)))
+    accurate = finite & piece.none(error > 1.0)
     piece.set("felt", stiffness(piece, n, h, (new, inner), (slope, slopes[-1])))
     piece.set("h", h)
     piece.set("error", error)
     piece.set("new", *new)
     piece.set("slope", *slope)
     piece.set("stages", *(v for row in slopes for v in row[:n]))
-    trial = Trial(new, slope, error, piece.none(piece.less(h, 0.0)), finite, [], [])
+    trial = Trial(new, slope, error, piece.none(h < 0.0), finite, [], [])
     factor = refused(piece, trial, accurate, accurate, float(ORDER))
     if shape.contacts:
         ends = piece.call(entries.spots, t + h, new)
@@ -118,7 +118,7 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     give_way(piece, accurate, h * factor)
     phase = piece.choose(accurate, float(FINISH), float(ITERATE))
     piece.set("status", failed)
-    piece.set("phase", piece.choose(piece.above(failed, 0.0), float(ARRIVED), phase))
+    piece.set("phase", piece.choose(failed > 0.0, float(ARRIVED), phase))
     return piece
 
 
@@ -134,12 +134,12 @@ def error_of(piece: Piece, shape: Shape, h, new: list, slopes: list[list]):
     """Error over tolerance, see `dop853.step`."""
     n, y, rtol, high, low = shape.states, piece.all("y"), piece.one("rtol"), 0.0, 0.0
     for i, scale in enumerate(piece.all("scale")):
-        size = scale + piece.largest(piece.size(y[i]), piece.size(new[i]))
+        size = scale + piece.largest(abs(y[i]), abs(new[i]))
         weight = piece.trace.div(1.0, rtol * size)
         five, three = (sum_of(piece, w, slopes, i) * weight for w in (E5, E3))
         high, low = high + five * five, low + three * three
     root = piece.sqrt((high + low * 0.01) * float(n))
-    error = piece.choose(piece.above(root, 0.0), h * high / piece.largest(root, 1e-300), 0.0)
+    error = piece.choose(root > 0.0, h * high / piece.largest(root, 1e-300), 0.0)
     share = piece.trace.binary("pow", rtol, 1.0 - 5.0 / 8.0)
     return piece.largest(error, h * piece.sqrt(high * (1.0 / max(n, 1))) * share * (1.0 / FIFTH))
 
@@ -148,7 +148,7 @@ def stiffness(piece: Piece, n: int, h, states: tuple, slopes: tuple):
     """Step times the largest eigenvalue felt."""
     apart, change = 0.0, 0.0
     for i, scale in enumerate(piece.all("scale")):
-        unit = piece.trace.div(1.0, scale + piece.size(states[0][i]))
+        unit = piece.trace.div(1.0, scale + abs(states[0][i]))
         a, b = ((pair[0][i] - pair[1][i]) * unit for pair in (states, slopes))
         apart, change = apart + a * a, change + b * b
     return h * piece.sqrt(change / piece.largest(apart, 1e-300))
@@ -169,12 +169,12 @@ def dense(piece: Piece, shape: Shape, entries: Entries) -> list:
         change = new[i] - y[i]
         column = [change, h * slopes[0][i] - change, 2.0 * change - h * (slopes[0][i] + slope[i])]
         column += [h * sum_of(piece, weights, slopes, i) for weights in D]
-        unit = piece.trace.div(1.0, scale + piece.size(new[i]))
+        unit = piece.trace.div(1.0, scale + abs(new[i]))
         parts = [(v * unit) * (v * unit) for v in column]
         at_ends, within = at_ends + piece.total(parts[:3]), within + piece.total(parts[3:])
         for row, value in zip(rows, column, strict=True):
             row.append(value)
-    cubic = piece.above(within, at_ends * OUTWEIGHED)
+    cubic = within > at_ends * OUTWEIGHED
     high = [[piece.choose(cubic, 0.0, v) for v in row] for row in rows[3:]]
     return [v for row in (*rows[:3], *high) for v in row]
 
@@ -189,7 +189,7 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     """The end of a step, with its outputs, unless a contact starts or ends inside it."""
     piece, n = Piece(rows, FINISH), shape.states
     t, h, y, new = piece.one("t"), piece.one("h"), piece.all("y"), piece.all("new")
-    polynomial, taken = dense(piece, shape, entries), piece.not_below(h, 0.0)
+    polynomial, taken = dense(piece, shape, entries), h >= 0.0
     if shape.contacts:
         event = met_inside(piece, shape, entries, polynomial)
         taken = piece.none(event)
@@ -202,7 +202,7 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     piece.set("refusal", piece.choose(taken, 0.0, piece.one("refusal")))
     stuck = count_stiff(piece, taken)
     piece.set("status", piece.choose(stuck, float(status.STIFF), 0.0))
-    over = piece.either(arrived, stuck)
+    over = arrived | stuck
     piece.set("phase", piece.choose(over, float(ARRIVED), float(NEXT)))
     keep(piece, taken, "polynomial", polynomial)
     piece.set("last_h", piece.choose(taken, h, piece.one("last_h")))
@@ -218,4 +218,4 @@ def count_stiff(piece: Piece, taken):
     now = piece.formula(control.stiff_steps, piece.one("felt"), *before)
     for name, value in zip(("stiff", "mild"), now, strict=True):
         keep(piece, taken, name, [value])
-    return piece.both(taken, piece.not_below(now[0], HELD_UP))
+    return taken & (now[0] >= HELD_UP)

@@ -129,7 +129,7 @@ class Wanted(Reductions, Turns):
         x, y, ax, ay = (self.channel(f"bodies/{body}/{n}") for n in ("x", "y", "ax", "ay"))
 
         def far(p, row, ideal, constants):
-            return p.size(row[x] * dx + row[y] * dy - ideal[k])
+            return abs(row[x] * dx + row[y] * dy - ideal[k])
 
         def beyond(p, row, ideal, constants):
             gap = row[ax] * dx + row[ay] * dy - ideal[k + 1] * constants[0]
@@ -168,7 +168,7 @@ class Wanted(Reductions, Turns):
         c = self.channel(path)
 
         def touching(p, row, ideal, constants):
-            return p.flag(p.above(row[c], 0.0))
+            return p.flag(row[c] > 0.0)
 
         self.reductions[f"{joint['name']} contact"] = Reduction(touching, stepped=True, timed=True)
         yield contact_fraction(joint["name"], 1.0)

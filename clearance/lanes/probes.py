@@ -35,13 +35,13 @@ def met_inside(piece: Piece, shape: Shape, entries: Entries, polynomial: list):
     ]
     probes = [piece.all("begins"), *inner, piece.all("ends")]
     piece.set("probes", *(v for row in inner for v in row))
-    aimed = piece.above(piece.one("aimed"), 0.5)
-    return piece.both(piece.none(aimed), _meets(piece, shape, probes))
+    aimed = piece.one("aimed") > 0.5
+    return piece.none(aimed) & _meets(piece, shape, probes)
 
 
 def touching(piece: Piece, spot: int):
     """True where a spot is in contact: its impact speed stands in the work vector."""
-    return piece.above(piece.one("work", spot), -0.5)
+    return piece.one("work", spot) > -0.5
 
 
 def falling(piece: Piece, shape: Shape, finite, ends: list, factor):
@@ -50,9 +50,9 @@ def falling(piece: Piece, shape: Shape, finite, ends: list, factor):
     for k, (kind, i, _) in enumerate(shape.contacts):
         before, after = begins[2 * k], ends[2 * k]
         if kind == CONTACT:
-            inside = piece.both(piece.less(after, 0.0), piece.above(before, 0.0))
+            inside = (after < 0.0) & (before > 0.0)
             (near,) = piece.formula(control.leaving, factor, before, after)
-            factor = piece.choose(piece.both(touching(piece, i), inside, finite), near, factor)
+            factor = piece.choose(touching(piece, i) & inside & finite, near, factor)
     return factor
 
 
@@ -63,16 +63,16 @@ def _meets(piece: Piece, shape: Shape, probes: list[list]):
     probes: penetrations and their rates at the step's ends and PROBES - 1 places between.
     """
     h = piece.one("h")
-    part, met = h * (1.0 / PROBES), [piece.less(h, 0.0)]
+    part, met = h * (1.0 / PROBES), [h < 0.0]
     for k, (kind, i, band) in enumerate(shape.contacts):
         begins, rate = probes[0][2 * k], probes[0][2 * k + 1]
         state = touching(piece, i), kind != CONTACT, begins, rate, band
         (sign,) = piece.formula(control.beyond, *state)
         ways = [(row[2 * k] * sign, row[2 * k + 1] * sign) for row in probes]
         for low, high in zip(ways, ways[1:], strict=False):
-            turns = piece.both(piece.above(low[1], 0.0), piece.less(high[1], 0.0))
+            turns = (low[1] > 0.0) & (high[1] < 0.0)
             curve = piece.formula(control.cubic, *low, *high, part)
             _, value = piece.formula(control.summit, low[0], *curve)
             top = piece.choose(turns, value, high[0])
-            met.append(piece.above(piece.largest(top, high[0]), band))
+            met.append(piece.largest(top, high[0]) > band)
     return piece.either(*met)

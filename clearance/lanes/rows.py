@@ -92,9 +92,6 @@ class Piece:
     def sqrt(self, a):
         return self.trace.sqrt(a)
 
-    def size(self, a):
-        return self.trace.function("fabs", a)
-
     def choose(self, condition, a, b):
         """a where the condition holds, else b."""
         return self.trace.select(condition, a, b)
@@ -102,15 +99,6 @@ class Piece:
     def flag(self, condition):
         """1 where the condition holds, else 0."""
         return self.choose(condition, 1.0, 0.0)
-
-    def less(self, a, b):
-        return self.trace.compare("lt", a, b)
-
-    def above(self, a, b):
-        return self.trace.compare("gt", a, b)
-
-    def not_below(self, a, b):
-        return self.trace.compare("ge", a, b)
 
     def both(self, *conditions):
         """True where all of them hold."""
@@ -132,12 +120,12 @@ class Piece:
 
     def largest(self, a, *others):
         for b in others:
-            a = self.choose(self.above(a, b), a, b)
+            a = self.choose(a > b, a, b)
         return a
 
     def smallest(self, a, *others):
         for b in others:
-            a = self.choose(self.less(a, b), a, b)
+            a = self.choose(a < b, a, b)
         return a
 
     def total(self, values):
@@ -170,4 +158,4 @@ class Piece:
 
     def finite(self, values):
         """True where all values are finite."""
-        return self.both(*(self.less(self.size(v), LARGEST) for v in values))
+        return self.both(*(abs(v) < LARGEST for v in values))

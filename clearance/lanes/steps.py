@@ -108,7 +108,7 @@ def first_step(piece: Piece, entries: Entries, rates: list, scale: list, order: 
     """The first step, from the rates where it begins; scale: natural sizes of the states."""
     t, y, rtol, n = piece.one("t"), piece.all("y"), piece.one("rtol"), len(scale)
     f = rates[:n]
-    weights = [rtol * (s + piece.size(v)) for s, v in zip(scale, y, strict=False)]
+    weights = [rtol * (s + abs(v)) for s, v in zip(scale, y, strict=False)]
     size, rate = (
         piece.total((v / w) * (v / w) for v, w in zip(x, weights, strict=True)) for x in (scale, f)
     )
@@ -118,7 +118,7 @@ def first_step(piece: Piece, entries: Entries, rates: list, scale: list, order: 
         ((b - a) / w) * ((b - a) / w) for a, b, w in zip(f, later, weights, strict=False)
     )
     largest = piece.largest(piece.sqrt(rate * (1.0 / n)), piece.sqrt(bend * (1.0 / n)) / h)
-    usable = piece.both(piece.above(largest, 0.0), piece.finite([largest]))
+    usable = (largest > 0.0) & piece.finite([largest])
     power = piece.trace.binary("pow", 0.01 / largest, 1.0 / (order + 1.0))
     return piece.choose(usable, piece.smallest(h * 100.0, power, piece.one("longest")), h * 1e-3)
 
@@ -155,10 +155,10 @@ def proposed(piece: Piece):
     remaining = end - t
     (h,) = piece.formula(control.within, piece.one("step"), piece.one("longest"), remaining)
     (clock,) = piece.formula(control.resolution, t, end)
-    stuck = piece.both(piece.none(piece.above(h, clock)), piece.above(remaining, h))
+    stuck = piece.none(h > clock) & (remaining > h)
     refusal = piece.one("refusal")
-    left_film = piece.above(refusal, status.OUT_OF_FILM - 0.5)
-    unsolved = piece.above(refusal, status.NO_NUMBERS - 0.5)
+    left_film = refusal > status.OUT_OF_FILM - 0.5
+    unsolved = refusal > status.NO_NUMBERS - 0.5
     reason = piece.choose(unsolved, float(status.NOT_FINITE), float(status.STEP_TOO_SMALL))
     reason = piece.choose(left_film, float(status.FILM_LEFT), reason)
     return h, piece.choose(stuck, reason, 0.0)
@@ -191,16 +191,16 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
     ]  # no look-ups where there is no number
     penetration = piece.call(entries.films, t + h, [*y, *piece.all("y")[n:]]) if shape.films else []
     ends = zip(penetration, piece.all("before"), strict=True)
-    near = [piece.not_below(after, before * SQUEEZE) for after, before in ends]
-    accurate = piece.both(trial.solved, piece.none(piece.above(trial.error, 1.0)))
-    usable = piece.both(accurate, trial.finite)
-    taken = piece.both(usable, piece.none(piece.either(*near))) if near else usable
+    near = [after >= before * SQUEEZE for after, before in ends]
+    accurate = trial.solved & piece.none(trial.error > 1.0)
+    usable = accurate & trial.finite
+    taken = usable & piece.none(piece.either(*near)) if near else usable
     error = piece.largest(trial.error, 1e-10)
     shorter = refused(piece, trial, accurate, usable, order)
     if trial.met:
-        met = piece.both(taken, trial.met[0])
+        met = taken & trial.met[0]
         taken, shorter = (
-            piece.both(taken, piece.none(met)),
+            taken & piece.none(met),
             piece.choose(met, trial.met[1], shorter),
         )
     step = piece.choose(taken, grown(piece, h, error, order), h * shorter)
@@ -233,7 +233,7 @@ def advance(piece: Piece, shape: Shape, taken, error, y: list, f: list) -> tuple
     Returns the time at its end, and where the end of the run or turn is reached.
     """
     t, h, end = (piece.one(n) for n in ("t", "h", "end"))
-    reached = piece.either(piece.not_below(h, end - t), piece.not_below(t + h, end))
+    reached = (h >= end - t) | (t + h >= end)
     now = piece.choose(reached, end, t + h)
     keep(piece, taken, "y", y)
     keep(piece, taken, "f", f)
@@ -243,7 +243,7 @@ def advance(piece: Piece, shape: Shape, taken, error, y: list, f: list) -> tuple
     keep(piece, taken, "last_step", [h])
     keep(piece, taken, "last_error", [piece.largest(error, 1e-2)])
     keep(piece, taken, "steps", [piece.one("steps") + 1.0])
-    return now, piece.both(taken, reached)
+    return now, taken & reached
 
 
 def reason(piece: Piece, trial: Trial, accurate, usable):
@@ -259,7 +259,7 @@ def refused(piece: Piece, trial: Trial, accurate, usable, order: float):
     (first,), (again,) = (
         piece.formula(control.reduction, bounded, power) for power in (1.0 / order, DOUBTED)
     )
-    factor = piece.choose(piece.above(piece.one("refusals"), 0.5), again, first)
+    factor = piece.choose(piece.one("refusals") > 0.5, again, first)
     factor = piece.choose(trial.solved, factor, NEWTON_FAILED)
     factor = piece.choose(piece.none(trial.finite), NEWTON_FAILED, factor)
     factor = piece.choose(accurate, NEWTON_FAILED, factor)
@@ -271,6 +271,6 @@ def grown(piece: Piece, h, error, order: float):
     before, last_error = piece.one("last_step"), piece.one("last_error")
     sizes = error, 1.0 / order, piece.one("effort"), h, before, last_error
     (factor,) = piece.formula(control.factor, *sizes)
-    after, rate = piece.above(piece.one("refusal"), 0.5), piece.one("newton_rate")
+    after, rate = piece.one("refusal") > 0.5, piece.one("newton_rate")
     (step,) = piece.formula(control.next_step, h, factor, rate, GOOD_RATE, after)
     return step

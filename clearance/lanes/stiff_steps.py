@@ -133,11 +133,11 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     piece, n, p = Piece(rows, PREPARE), shape.states, shape.coordinates
     h, failed = proposed(piece)
     if shape.contacts:
-        aimed = piece.above(piece.one("aimed"), 0.5)
+        aimed = piece.one("aimed") > 0.5
         h, failed = piece.choose(aimed, piece.one("h"), h), piece.choose(aimed, 0.0, failed)
     t, y, rtol = piece.one("t"), piece.all("y"), piece.one("rtol")
     scale = piece.all("scale")
-    predicted = piece.above(piece.one("predictor"), 0.5)
+    predicted = piece.one("predictor") > 0.5
     ratio = piece.choose(predicted, h / piece.largest(piece.one("last_h"), 1e-300), 0.0)
     ahead = [
         a + piece.choose(predicted, b, 0.0)
@@ -162,13 +162,11 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     convergence = piece.largest(piece.one("convergence"), 1e-16)
     piece.set("h", h)
     piece.set("status", failed)
-    piece.set(
-        "weight", *(1.0 / (rtol * (s + piece.size(v))) for s, v in zip(scale, y, strict=False))
-    )
+    piece.set("weight", *(1.0 / (rtol * (s + abs(v))) for s, v in zip(scale, y, strict=False)))
     piece.set("coupling", *(jacobian[p + i][j] for i in range(shape.rates) for j in range(p)))
     piece.set(
         "diagonal",
-        *(piece.size(jacobian[p + f + k][p + f + k]) for f, _ in shape.films for k in range(2)),
+        *(abs(jacobian[p + f + k][p + f + k]) for f, _ in shape.films for k in range(2)),
     )
     piece.set("real", *(v for row in lu for v in row))
     piece.set("complex_real", *(v.real for row in complex_lu for v in row))
@@ -181,14 +179,14 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     piece.set("old", 0.0)
     piece.set("iteration", 0.0)
     piece.set("newton_rate", 0.0)
-    piece.set("phase", piece.choose(piece.above(failed, 0.0), float(ARRIVED), float(ITERATE)))
+    piece.set("phase", piece.choose(failed > 0.0, float(ARRIVED), float(ITERATE)))
     return piece
 
 
 def read_real(piece: Piece, shape: Shape, of: str = "") -> tuple[list[list], list]:
     """Factors of the real matrix; of: "sample_" for those of a sample's step."""
     size, values = shape.rates, piece.all(f"{of}real")
-    exchanges = [piece.above(v, 0.5) for v in piece.all(f"{of}exchanges")]
+    exchanges = [v > 0.5 for v in piece.all(f"{of}exchanges")]
     return [values[i * size : (i + 1) * size] for i in range(size)], exchanges
 
 
@@ -199,7 +197,7 @@ def read_complex(piece: Piece, shape: Shape) -> tuple[list[list], list]:
         zip(piece.all("complex_real"), piece.all("complex_imag"), strict=True),
     )
     values = [Complex(*pair) for pair in pairs]
-    exchanges = [piece.above(v, 0.5) for v in piece.all("complex_exchanges")]
+    exchanges = [v > 0.5 for v in piece.all("complex_exchanges")]
     return [values[i * size : (i + 1) * size] for i in range(size)], exchanges
 
 
@@ -277,28 +275,24 @@ def judge(piece: Piece, norm, rtol):
     """Go on with the iteration, or end it: converged, or given up; True where it is given up."""
     iteration, old = piece.one("iteration"), piece.one("old")
     tolerance = piece.largest(2e-15 / rtol, NEWTON_TOLERANCE)
-    later = piece.above(iteration, 0.5)
+    later = iteration > 0.5
     rate = piece.choose(later, norm / piece.largest(old, 1e-300), 0.0)
     rounds = float(ITERATIONS - 1) - iteration
     remaining, bound = 1.0, rate
     for bit in (1.0, 2.0, 4.0, 8.0):  # rate to the power of the rounds left
         half = rounds * (0.5 / bit)
-        odd = piece.not_below(half - piece.trace.function("floor", half), 0.5)
+        odd = half - piece.trace.function("floor", half) >= 0.5
         remaining = piece.choose(odd, remaining * bound, remaining)
         bound = bound * bound
     gap = piece.largest(1.0 - rate, 1e-16)
-    hopeless = piece.above(remaining * norm, tolerance * gap)
+    hopeless = remaining * norm > tolerance * gap
     finite = piece.finite([norm])
-    bad = piece.either(
-        piece.none(finite), piece.both(later, piece.either(piece.not_below(rate, 1.0), hopeless))
-    )
+    bad = piece.none(finite) | (later & ((rate >= 1.0) | hopeless))
     factor_of_rate = piece.choose(later, rate / gap, piece.one("factor"))
-    settled = piece.either(
-        piece.none(piece.above(norm, 0.0)), piece.less(factor_of_rate * norm, tolerance)
-    )
-    converged = piece.both(piece.none(bad), settled)
-    last = piece.above(iteration, ITERATIONS - 1.5)
-    ended = piece.either(converged, bad, last)
+    settled = piece.none(norm > 0.0) | (factor_of_rate * norm < tolerance)
+    converged = piece.none(bad) & settled
+    last = iteration > ITERATIONS - 1.5
+    ended = converged | bad | last
     piece.set("solved", piece.flag(converged))
     piece.set("factor", factor_of_rate)
     piece.set("convergence", piece.choose(converged, factor_of_rate, 1.0))
@@ -313,7 +307,7 @@ def judge(piece: Piece, norm, rtol):
     piece.set("old", norm)
     piece.set("iteration", iteration + 1.0)
     piece.set("phase", piece.choose(ended, float(FINISH), float(ITERATE)))
-    return piece.both(ended, piece.none(converged))
+    return ended & piece.none(converged)
 
 
 def settled(piece: Piece, shape: Shape, entries: Entries, theta, t, of: str = "") -> list:
@@ -327,9 +321,9 @@ def settled(piece: Piece, shape: Shape, entries: Entries, theta, t, of: str = ""
     y = [a + b for a, (b, _) in zip(piece.all(f"{of}base"), pairs, strict=True)]
     lu, exchanges = read_real(piece, shape, of)
     inverse = piece.trace.div(1.0, piece.largest(h, 1e-300))
-    gain, between = inverse * K.real, piece.above(theta, 0.0)
-    stiff = piece.either(*(piece.less(piece.size(lu[i][i]) * gain, STIFF) for i in range(size)))
-    moves, start = piece.both(stiff, between), y[p:]
+    gain, between = inverse * K.real, theta > 0.0
+    stiff = piece.either(*(abs(lu[i][i]) * gain < STIFF for i in range(size)))
+    moves, start = stiff & between, y[p:]
     for _ in range(SETTLED):
         f = piece.call(entries.rhs, t, y + piece.all("y")[n:])
         defect = [
@@ -370,24 +364,24 @@ def onset(piece: Piece, shape: Shape, ends: list) -> tuple:
         begin, end = 0.0, 1.0
         for _ in range(HALVINGS):
             x = (begin + end) * 0.5
-            before = piece.above((low + x * (first + x * (second + x * third))) * low, 0.0)
+            before = (low + x * (first + x * (second + x * third))) * low > 0.0
             begin, end = piece.choose(before, x, begin), piece.choose(before, end, x)
         for _ in range(TANGENTS):
             slope = first + x * (2.0 * second + x * (3.0 * third))
             value = low + x * (first + x * (second + x * third))
             x = piece.smallest(piece.largest(x - piece.trace.div(value, slope), begin), end)
-        inside = piece.less(piece.size(x - 0.5), 0.5 - NEAR)
-        met.append(piece.both(piece.less(low * high, 0.0), inside))
+        inside = abs(x - 0.5) < 0.5 - NEAR
+        met.append((low * high < 0.0) & inside)
         share = piece.choose(met[-1], piece.smallest(share, x * BEHIND), share)
-    return piece.both(piece.either(*met), piece.less(piece.one("shortened"), SPARED)), share
+    return piece.either(*met) & (piece.one("shortened") < SPARED), share
 
 
 def tried(piece: Piece, shape: Shape, entries: Entries, stages: list[list]) -> Trial:
     """The step with its error."""
     n, t, y, f = shape.states, piece.one("t"), piece.all("y"), piece.all("f")
-    solved = piece.above(piece.one("solved"), 0.5)
+    solved = piece.one("solved") > 0.5
     estimate, norm = error_of(piece, shape, f, stages)
-    doubtful = piece.both(piece.on, solved, piece.not_below(norm, 1.0), piece.finite([norm]))
+    doubtful = piece.on & solved & (norm >= 1.0) & piece.finite([norm])
     again = [a + b for a, b in zip(y, estimate, strict=False)] + y[n:]
     _, second = error_of(piece, shape, piece.call(entries.rhs, t, again)[:n], stages)
     error = piece.choose(doubtful, second, norm)
@@ -406,8 +400,8 @@ def touched(piece: Piece, shape: Shape, entries: Entries, trial: Trial, polynomi
         ends = piece.call(entries.spots, *at_end)
         trial.met = onset(piece, shape, ends)
         return ends
-    met, inaccurate = met_inside(piece, shape, entries, polynomial), piece.above(trial.error, 1.0)
-    trial.met = piece.both(met, trial.solved, trial.finite, piece.none(inaccurate)), 1.0
+    met, inaccurate = met_inside(piece, shape, entries, polynomial), trial.error > 1.0
+    trial.met = met & trial.solved & trial.finite & piece.none(inaccurate), 1.0
     return piece.all("ends")
 
 
@@ -437,7 +431,7 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
         keep(piece, taken, "begins", ends)
         note(piece, shape, trial.met[0], taken)
     keep(piece, taken, "polynomial", polynomial)
-    near = piece.choose(piece.above(h, piece.one("last_h")), 1.0, 0.0)  # see `radau.advance`
+    near = piece.choose(h > piece.one("last_h"), 1.0, 0.0)  # see `radau.advance`
     usable = piece.choose(trial.solved, 1.0, near)
     piece.set("predictor", piece.choose(taken, 1.0, piece.one("predictor") * usable))
     keep(piece, taken, "last_h", [h])

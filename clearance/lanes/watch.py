@@ -127,13 +127,13 @@ def values_of(piece: Piece, watch: Watch, row: list) -> list:
 def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
     """Take in the end of a step; find the quantities that may have an extreme inside it."""
     width, back, taken = moment.width, piece.one("interval"), moment.taken
-    early = piece.none(piece.above(back, 0.0))
+    early = piece.none(back > 0.0)
     per_width = piece.trace.div(1.0, piece.largest(width, 1e-300))
     per_back = piece.trace.div(1.0, piece.largest(back, 1e-300))
     curving = width * 4.0 / piece.largest(width + back, 1e-300)
     row = piece.call(entries.outputs, moment.time, moment.y)
     inner = piece.call(entries.outputs, moment.middle_time, moment.middle)
-    flags = [piece.none(piece.above(1.0, 0.0))]
+    flags = [False]
     values = zip(values_of(piece, watch, row), values_of(piece, watch, inner), strict=True)
     for k, (q, (value, between)) in enumerate(zip(watch.quantities, values, strict=True)):
         before, last, earlier = (
@@ -145,11 +145,11 @@ def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
         slope, back_slope = (value - last) * per_width, (last - earlier) * per_back
         chords = last, value, best, slope, per_width, back_slope, curving
         (peaks,) = piece.formula(control.may_peak, *chords)
-        bends = piece.above(peaks, 0.5)
-        rises = piece.above(piece.largest(last, value) + piece.size(value - last), best)
-        may = piece.both(taken, piece.either(piece.both(early, rises), bends))
+        bends = peaks > 0.5
+        rises = piece.largest(last, value) + abs(value - last) > best
+        may = taken & ((early & rises) | bends)
         if not q.always:
-            may = piece.both(may, piece.above(piece.one("within"), 0.5))
+            may &= piece.one("within") > 0.5
         if q.searched:
             flags.append(may)
         if q.searched:
@@ -171,7 +171,7 @@ def integrate(piece: Piece, watch: Watch, moment: Moment, row: list, inner: list
     c^2 / (45 A).
     """
     width, taken = moment.width, moment.taken
-    within = piece.both(taken, piece.above(piece.one("within"), 0.5))
+    within = taken & (piece.one("within") > 0.5)
     middles = (value for _, value in stepped(piece, watch, inner))
     panels, rough = {}, [piece.none(within)]
     rtol = piece.one("rtol")
@@ -181,14 +181,14 @@ def integrate(piece: Piece, watch: Watch, moment: Moment, row: list, inner: list
         panels[k] = panel = width * ((before + 4.0 * middle + value) * (1.0 / 6.0))
         bend = middle - 0.5 * (before + value)
         size = piece.largest(before, middle, value)
-        rough.append(piece.above(width * bend * bend, share * size * (total + panel)))
+        rough.append(width * bend * bend > share * size * (total + panel))
         piece.set_one("at_begin", k, before)
         piece.set_one("at_middle", k, middle)
         piece.set_one("at_end", k, piece.choose(taken, value, before))
     rough = piece.either(*rough)
     for k, panel in panels.items():
         piece.set_one("sums", k, piece.one("sums", k) + piece.choose(rough, 0.0, panel))
-    piece.set("refine", piece.flag(piece.both(within, rough)))
+    piece.set("refine", piece.flag(within & rough))
 
 
 def stepped(piece: Piece, watch: Watch, row: list) -> list[tuple[int, object]]:
@@ -235,7 +235,7 @@ def sample(rows: Rows, shape: Shape, entries: Entries, watch: Watch, settled: Ca
         after = before + share * value
         if not reduction.mean:
             larger = piece.largest(before, value)
-            after = piece.choose(piece.above(share, 0.0), larger, before)
+            after = piece.choose(share > 0.0, larger, before)
         piece.set_one("sums", k, after)
     piece.set("tracks", *(row[c] for c in watch.tracks))
     return piece

@@ -176,7 +176,7 @@ def _split(arguments: list, *sizes: int) -> list[list]:
 
 def _forces(trace: Trace, efforts: list, arms: list):
     """Sum of efforts as forces, so that torques of hinges and forces of slides can be compared."""
-    return trace.sum(trace.function("fabs", e) / a for e, a in zip(efforts, arms, strict=True))
+    return trace.sum(abs(e) / a for e, a in zip(efforts, arms, strict=True))
 
 
 def _fixed_point(friction: Function, size: int) -> Function:
@@ -189,17 +189,13 @@ def _fixed_point(friction: Function, size: int) -> Function:
         new = trace.call(friction, [*z, *inputs])
         change = _forces(trace, [a - b for a, b in zip(new, z, strict=True)], arms)
         sum_of_all = _forces(trace, new, arms)
-        closed = trace.compare("le", change, TOLERANCE * sum_of_all)
-        clear = trace.compare("gt", change, 1e3 * TOLERANCE * sum_of_all)
-        judged = trace.both(
-            trace.both(trace.compare("gt", count, 1.0), clear), trace.negation(closed)
-        )
+        closed = change <= TOLERANCE * sum_of_all
+        clear = change > 1e3 * TOLERANCE * sum_of_all
+        judged = (count > 1.0) & clear & trace.negation(closed)
         contraction = trace.select(judged, trace.sqrt(change / before), contraction)
-        slow = trace.both(
-            trace.compare("ge", count, float(PATIENCE)), trace.compare("gt", contraction, SLOW)
-        )
-        again = trace.negation(trace.either(closed, slow))
-        again = trace.both(again, trace.compare("lt", count + 1.0, float(LIMIT)))
+        slow = (count >= float(PATIENCE)) & (contraction > SLOW)
+        again = trace.negation(closed | slow)
+        again &= count + 1.0 < float(LIMIT)
         return [
             again,
             *new,
@@ -223,18 +219,18 @@ def _continuation(friction: Function, size: int) -> Function:
 
     def build(trace, arguments):
         z, (share, stride, count, _), arms, inputs = _split(arguments, size, 4, size)
-        goal = trace.select(trace.compare("lt", share + stride, 1.0), share + stride, 1.0)
+        goal = trace.select(share + stride < 1.0, share + stride, 1.0)
         *new, corrections, closed = trace.call(
             Loop("rub_corrections", _correction(friction, size)),
             [1.0, *z, 0.0, 0.0, goal, *arms, *inputs],
         )
         moved = _forces(trace, [a - b for a, b in zip(new, z, strict=True)], arms)
-        far = trace.compare("gt", moved, FURTHEST * _forces(trace, new, arms))
-        far = trace.both(far, trace.compare("gt", share, 0.0))
-        closed = trace.both(trace.truth(closed), trace.negation(far))
-        finished = trace.both(closed, trace.compare("ge", goal, 1.0))
+        far = moved > FURTHEST * _forces(trace, new, arms)
+        far &= share > 0.0
+        closed = trace.truth(closed) & trace.negation(far)
+        finished = closed & (goal >= 1.0)
         stride = trace.select(closed, 2.0 * stride, 0.5 * stride)
-        again = trace.both(trace.negation(finished), trace.compare("gt", stride, SHORTEST))
+        again = trace.negation(finished) & (stride > SHORTEST)
         z = [trace.select(closed, a, b) for a, b in zip(new, z, strict=True)]
         return [
             again,
@@ -260,10 +256,8 @@ def _correction(friction: Function, size: int) -> Function:
         ]
         step = solve(trace, rows, [a - goal * b for a, b in zip(z, values, strict=False)])
         new = [a - b for a, b in zip(z, step, strict=True)]
-        closed = trace.compare("le", _forces(trace, step, arms), CLOSED * _forces(trace, new, arms))
-        again = trace.both(
-            trace.negation(closed), trace.compare("lt", count + 1.0, float(CORRECTIONS))
-        )
+        closed = _forces(trace, step, arms) <= CLOSED * _forces(trace, new, arms)
+        again = trace.negation(closed) & (count + 1.0 < float(CORRECTIONS))
         return [again, *new, count + 1.0, trace.numeric(closed)]
 
     return Function.of("rub_correction", len(friction.arguments) + size + 3, build)

@@ -66,9 +66,7 @@ def eliminated(trace: Trace, rows: list[list]) -> list:
     size = len(rows)
     for k in range(size):
         for i in range(k + 1, size):
-            swap = trace.compare(
-                "gt", trace.function("fabs", rows[i][k]), trace.function("fabs", rows[k][k])
-            )
+            swap = abs(rows[i][k]) > abs(rows[k][k])
             pairs = list(zip(rows[k], rows[i], strict=True))
             rows[k] = [trace.select(swap, b, a) for a, b in pairs]
             rows[i] = [trace.select(swap, a, b) for a, b in pairs]
@@ -95,17 +93,15 @@ def newton(residual: Function, size: int, tolerance: float, limit: int) -> Funct
         values = trace.call(residual.slopes(tuple(range(size))), [*z, *inputs])
         rows = [values[size + i * size :][:size] for i in range(size)]
         change = solve(trace, rows, values[:size])
-        miss = trace.sum(trace.function("fabs", d) for d in change)
-        again = trace.both(
-            trace.compare("ge", miss, tolerance), trace.compare("lt", count + 1.0, float(limit))
-        )
+        miss = trace.sum(abs(d) for d in change)
+        again = (miss >= tolerance) & (count + 1.0 < float(limit))
         return [again, *(a - d for a, d in zip(z, change, strict=True)), count + 1.0, miss]
 
     def build(trace, arguments):
         begun = [*arguments[:size], 0.0, 0.0, *arguments[size:]]
         loop = Loop(f"{residual.name}_loop", Function.of(f"{residual.name}_step", len(begun), step))
         *z, _, miss = trace.call(loop, [1.0, *begun])
-        closed = trace.compare("lt", miss, tolerance)
+        closed = miss < tolerance
         return [trace.select(closed, value, math.nan) for value in z]
 
     return Function.of(f"{residual.name}_solved", len(residual.arguments), build)

@@ -92,6 +92,29 @@ class Scalar:
     def __neg__(self):
         return self.trace.neg(self)
 
+    def __abs__(self):
+        return self.trace.function("fabs", self)
+
+    def __lt__(self, other):
+        return self.trace.compare("lt", self, other)
+
+    def __le__(self, other):
+        return self.trace.compare("le", self, other)
+
+    def __gt__(self, other):
+        return self.trace.compare("gt", self, other)
+
+    def __ge__(self, other):
+        return self.trace.compare("ge", self, other)
+
+    def __and__(self, other):
+        return self.trace.both(self, other)
+
+    def __or__(self, other):
+        return self.trace.either(self, other)
+
+    __rand__, __ror__ = __and__, __or__
+
     def __bool__(self):
         raise TypeError("a traced scalar has no truth value: use trace.select")
 
