@@ -128,11 +128,12 @@ def add_accept(command: argparse.ArgumentParser) -> None:
     )
 
 
-def parameter_lines(case, values: dict, resolved: dict) -> list[str]:
-    """The parameters of a case in print: those given, then the defaults of the others.
-
-    resolved: what became of those that are auto, as far as it is known.
+def parameter_lines(case, values: dict, scene) -> list[str]:
+    """The parameters of a case in print: those given, those of them that do nothing, and the
+    defaults of the others, but for those that would do nothing. Those that are auto have what
+    became of them, as far as it is known.
     """
+    from clearance.scene.joint_options import idle
     from clearance.values.fit_class import Fitted
     from clearance.values.units import shown
 
@@ -141,9 +142,15 @@ def parameter_lines(case, values: dict, resolved: dict) -> list[str]:
         return shown(value, units) + more + (f" ({value.fit})" if isinstance(value, Fitted) else "")
 
     rows = case.parameters.items()
+    resolved = json.loads(scene.origin.get("resolved", "{}"))
+    without = idle({n: values.get(n, p.default) for n, p in rows}, scene.joints)
     given = [f"{n} = {text(n, values[n], p.units)}" for n, p in rows if n in values]
-    default = [f"{n} {text(n, p.default, p.units)}" for n, p in rows if n not in values]
-    texts = [f"  {t:<12} {', '.join(v)}" for t, v in (("given", given), ("default", default)) if v]
+    default = [
+        f"{n} {text(n, p.default, p.units)}" for n, p in rows if n not in values | without
+    ]
+    vain = [f"{n} ({without[n]})" for n in case.parameters if n in values and n in without]
+    parts = ("given", given), ("no effect", vain), ("default", default)
+    texts = [f"  {t:<12} {', '.join(v)}" for t, v in parts if v]
     style = {"width": 110, "subsequent_indent": " " * 15, "break_on_hyphens": False}
     return [line for text in texts for line in textwrap.wrap(text, **style)]
 

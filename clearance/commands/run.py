@@ -136,7 +136,7 @@ def run(options) -> int:
             return complain(options, failure, FAILED)
         with _noted(f"the run is stored in {output}"):
             summary = _summary(case, values, result, options.settle) | {"replaced": replaced}
-            summary["resolved"] = resolved = json.loads(scene.origin.get("resolved", "{}"))
+            summary["resolved"] = json.loads(scene.origin.get("resolved", "{}"))
             if options.steady is not None:
                 summary |= steady.summary(result)
             elif failure is None and chaotic:
@@ -152,7 +152,7 @@ def run(options) -> int:
                 summary["plot"] = str(_plot(result, output, options.settle))
     summary["wall_s"] = time.perf_counter() - began[0]
     summary["cpu_s"] = time.process_time() - began[1]
-    lines = parameter_lines(case, values, resolved)
+    lines = parameter_lines(case, values, scene)
     if failure is not None:
         if result.complete and not options.json:
             print(_readable(summary, lines))

@@ -9,7 +9,7 @@ depth=1.5e-6)".
 import math
 import re
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -417,8 +417,8 @@ class JointOptions:
     viscosity: dynamic viscosity of the oil [Pa s]
     oil: grade and temperature in place of the viscosity, as ISO-VG-46@60C or SAE-30@80C; none [-]
     restitution: coefficient of restitution of the dry contact [-]
-    contact: law, as hertz or impact(damping=440); auto: lankarani_nikravesh when dry, winkler when
-        mixed or worn [-]
+    contact: law, as hertz or impact(damping=440); auto: lankarani_nikravesh when dry and of slides,
+        winkler of journals that are mixed or worn [-]
     friction: friction law of contact and asperities: none, coulomb, stribeck, lugre, ... [-]
     friction_coefficient: coefficient of friction of contact and asperities [-]
     film: film law: table (of the Reynolds equation), harmonic, short, long, pinkus_sternlicht,
@@ -558,7 +558,7 @@ class JointOptions:
         contact = self.contact
         if contact.strip() == AUTO:
             worn = self.wear or self.wear_journal or self.worn_depth
-            conformal = model == "mixed" or worn
+            conformal = math.isfinite(pair.clearance) and (model == "mixed" or worn)
             contact = "winkler" if conformal else "lankarani_nikravesh"
         slots = {"contact": contact_of(contact, pair, self.restitution)}
         friction = friction_of(self.friction, self.friction_coefficient)
@@ -640,6 +640,38 @@ class JointFactory:
         name, _ = spelled("film", self.options.film, ALL_FILMS)
         wet["film"] = pad_film() if name in TABLES else laws.full_pad()
         return wet | {"transition": self.hinge.get("transition", laws.superposed())}
+
+
+#: options of films, of solids, and of their transition
+OF_FILMS = {"viscosity", "oil", "film", "film_torques", "drag", "ambient", "flow_factors", "mesh"}
+OF_SOLIDS = {"restitution", "contact", "friction", "friction_coefficient", "wear", "wear_journal"}
+OF_TRANSITIONS = {"transition", "thresholds", "memberships", "asperity", "elastic"}
+#: options that do nothing with a value of another one
+IDLE_WITH = {
+    ("friction", NONE): {"friction_coefficient"},
+    ("model", "dry"): OF_FILMS | OF_TRANSITIONS,
+    ("model", "lubricated"): OF_SOLIDS | OF_TRANSITIONS,
+}
+
+
+def idle(values: Mapping[str, object], joints: Collection[Joint]) -> dict[str, str]:
+    """Parameters of a case that do nothing, by name, each with the option that makes it so.
+
+    values: of all parameters; those of a case without JointOptions all do something. joints: of its
+        scene; slides touch in films without a transition too.
+    """
+    options = {f.name for f in fields(JointOptions)}
+    if not options <= values.keys():
+        return {}
+    if values["model"] == "ideal":
+        return dict.fromkeys(options - {"model"}, "model = ideal")
+    slides = any(isinstance(j, elements.ClearancePrismatic) for j in joints)
+    needed = OF_SOLIDS if slides else set()
+    reasons = {"viscosity": f"oil = {values['oil']}"} if values["oil"] != NONE else {}
+    for (option, value), names in IDLE_WITH.items():
+        if values[option] == value:
+            reasons |= dict.fromkeys(names - needed, f"{option} = {value}")
+    return reasons
 
 
 #: what became of an option that is auto, from a joint; None where the joint does not have it

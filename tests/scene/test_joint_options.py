@@ -4,6 +4,7 @@ import pytest
 
 import clearance as cl
 from clearance.scene.catalogue import find_case
+from clearance.scene.joint_options import MODELS, idle
 
 CASE = '''
 import clearance as cl
@@ -62,3 +63,59 @@ def test_auto_contact_of_worn_joints_is_conformal():
     ].law.name == ("lankarani_nikravesh")
     worn = cl.JointOptions(joints="P", model="dry", wear=1e-14)
     assert worn.factory("P", radius=1e-2, length=1e-2).hinge["contact"].law.name == "winkler"
+
+
+#: of each option of joints, a value beside its default
+CHANGED = {
+    "joints": "A",
+    "clearance": 2e-4,
+    "viscosity": 0.2,
+    "oil": "ISO-VG-46@60C",
+    "restitution": 0.5,
+    "contact": "hertz",
+    "friction": "stribeck",
+    "friction_coefficient": 0.3,
+    "film": "short",
+    "film_torques": False,
+    "drag": "wet",
+    "ambient": 1e5,
+    "flow_factors": True,
+    "mesh": "16x2",
+    "roughness": 1e-6,
+    "transition": "flores",
+    "thresholds": "0.5,1,2",
+    "memberships": "none.csv",
+    "asperity": "greenwood_williamson",
+    "elastic": "true",
+    "wear": 1e-15,
+    "wear_journal": 1e-15,
+    "worn_depth": 1e-5,
+    "worn_angle": 0.5,
+}
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(
+    ("name", "joints"),
+    [
+        ("six_bar_feeder", "B"),
+        ("slider_crank", "C,guide"),
+        ("slider_crank", "guide"),
+        ("four_bar", "A,C"),
+    ],
+)
+def test_idle_options_change_nothing(name, joints, model):
+    """A scene with another value of an option that does nothing is the same scene."""
+    case = find_case(name)
+    defaults = {n: p.default for n, p in case.parameters.items()}
+    for more in ({}, {"friction": "none"}, {"oil": "ISO-VG-32@50C"}):
+        values = {"model": model, "joints": joints, **more}
+        scene = case.scene(**values)
+        without = idle(defaults | values, scene.joints)
+        assert ("film" in without) == (model in ("ideal", "dry"))
+        assert ("restitution" in without) == (model == "ideal" or "contact" in without)
+        for option, reason in without.items():
+            option_of, _, value = reason.partition(" = ")
+            assert (defaults | values)[option_of] == value
+            changed = case.scene(**values | {option: CHANGED[option]})
+            assert changed.to_json() == scene.to_json(), option
