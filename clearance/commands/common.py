@@ -145,9 +145,7 @@ def parameter_lines(case, values: dict, scene) -> list[str]:
     resolved = json.loads(scene.origin.get("resolved", "{}"))
     without = idle({n: values.get(n, p.default) for n, p in rows}, scene.joints)
     given = [f"{n} = {text(n, values[n], p.units)}" for n, p in rows if n in values]
-    default = [
-        f"{n} {text(n, p.default, p.units)}" for n, p in rows if n not in values | without
-    ]
+    default = [f"{n} {text(n, p.default, p.units)}" for n, p in rows if n not in values | without]
     vain = [f"{n} ({without[n]})" for n in case.parameters if n in values and n in without]
     parts = ("given", given), ("no effect", vain), ("default", default)
     texts = [f"  {t:<12} {', '.join(v)}" for t, v in parts if v]

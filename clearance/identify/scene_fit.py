@@ -20,7 +20,7 @@ Regression (2003), chapters 2 and 5.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -95,8 +95,8 @@ class Curve:
         return f"{self.measured.path.name}, {self.measured.column}"
 
 
-class BehindHorizon(ValueError):
-    """Neighbouring trajectories part before a record has values enough."""
+class NotFollowed(ValueError):
+    """No trajectory follows the records: neighbouring ones part before, or no start led to one."""
 
 
 class _Apart:
@@ -390,7 +390,7 @@ class Problem(Varying):
             end = f"{curve.measured.x[late[0]]:.4g} {unit}"
             reason = f"{curve.label}: contacts start with a touch, and neighbouring trajectories"
             if counts[-1] < FEWEST * len(x):
-                raise BehindHorizon(
+                raise NotFollowed(
                     f"fit: {reason} part at {end} of the record: what follows says nothing about a "
                     f"parameter; let the record begin with the motion (settle=0)"
                 )
@@ -559,18 +559,21 @@ class Problem(Varying):
             return math.inf
         return float(np.sum(errors**2)) if np.isfinite(errors).all() else math.inf
 
-    def followed(self, x: np.ndarray) -> "Solved":
+    def followed(self, x: np.ndarray, report: Callable[[float], None]) -> "Solved":
         """The least cost from a start, whose shifts are looked for first, and at its end.
 
         Where contact starts with a touch, or nothing turns evenly, the first parts of the records
-        lead to all of them: later parts have many minima.
+        lead to all of them: later parts have many minima. report: called with the share that is
+        done.
         """
         try:
             x = self.shifted(x)
         except (Impossible, ValueError, ArithmeticError) as reason:
             self.reason = str(reason)
             return Solved(x, math.inf, 1, False)
-        for share in self._shares():
+        shares = [*self._shares()]
+        for k, share in enumerate(shares):
+            report(k / (1 + len(shares)))
             before = self.first(share).solved(x, finish=LEADING, most=MOST_LEADING)
             x = before.x if math.isfinite(before.cost) else x
         finish = FINISH if self.touching else max(STARTING, NO_STEP / self.size)

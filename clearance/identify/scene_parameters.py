@@ -21,8 +21,8 @@ from clearance.identify.scene_fit import (
     OFFSET,
     REFUSED,
     SHIFT,
-    BehindHorizon,
     Curve,
+    NotFollowed,
     Problem,
     Solved,
 )
@@ -218,12 +218,12 @@ def fitted(
     journal: Path | None = None,
     progress: Callable | None = None,
 ) -> SceneFit:
-    """The fit: of trajectories, or of statistics of turns where trajectories part before."""
+    """The fit: of trajectories, or of statistics of turns where none follows the records."""
     try:
         return _by_trajectories(problem, starts, seed, journal, progress)
-    except BehindHorizon as parted:
+    except NotFollowed as lost:
         if reason := reason_without(problem):
-            raise ValueError(f"{parted}; {reason}") from None
+            raise ValueError(f"{lost}; {reason}") from None
     best, judged = by_statistics(problem, seed, progress)
     return SceneFit(problem, best, (best,), judged)
 
@@ -233,21 +233,21 @@ def _by_trajectories(
 ) -> SceneFit:
     """The fit; ends of starts stand in a journal and are taken from it.
 
-    Raises BehindHorizon, after one start at the latest where that ends at the least cost.
+    Raises NotFollowed, after one start at the latest where that ends at the least cost and
+    trajectories part before a record begins.
     """
-    key = _key(problem, seed)
+    key, report = _key(problem, seed), progress or (lambda share: None)
     problem = problem.before_horizon(problem.middle)
     ends = [Solved(np.array(x), *rest) for x, *rest in journaled(journal, key)[:starts]]
     loose = problem.loose()
     for i, x in enumerate(loose.starts(starts, seed)):
         if i >= len(ends):
-            ends.append(loose.followed(x))
+            ends.append(loose.followed(x, lambda share, i=i: report((i + share) / starts)))
             rows = [[e.x.tolist(), e.cost, e.evaluations, e.converged] for e in ends]
             add_to_journal(journal, key, rows)
         if not i and math.isfinite(ends[0].cost):
             problem.before_horizon(ends[0].x)
-        if progress is not None:
-            progress((i + 1) / starts)
+        report((i + 1) / starts)
     ends = problem.finished(ends)
     best = min(ends, key=lambda e: e.cost)
     if not math.isfinite(best.cost):
@@ -265,7 +265,7 @@ def _by_trajectories(
     ends = [moved[id(end)] for end in ends]
     judged = verdict(problem, best, ends, error)
     if problem.touching and _lost(problem, judged):
-        raise ValueError(
+        raise NotFollowed(
             f"fit: the best of {starts} starts does not follow the records: its residuals are no "
             f"noise; contacts start with a touch, and other minima are many; take more starts, or "
             f"a shorter record from the start of the motion (settle=0)"

@@ -158,7 +158,7 @@ def _verdict(
         intervals.append(Interval(free.name, *numbers, free.units, "statistics"))
     probability = float(chdtrc(count - p, 2.0 * solved.cost))
     doubts = [
-        f"trajectories part before the records begin: they are fitted by {count} statistics of "
+        f"no trajectory follows the records: they are fitted by {count} statistics of "
         f"{made.turns} turns, with {TURNS} turns of a run at each of {made.evaluations} points"
     ]
     if probability < DOUBTFUL:

@@ -658,15 +658,14 @@ def idle(values: Mapping[str, object], joints: Collection[Joint]) -> dict[str, s
     """Parameters of a case that do nothing, by name, each with the option that makes it so.
 
     values: of all parameters; those of a case without JointOptions all do something. joints: of its
-        scene; slides touch in films without a transition too.
+        scene; slides touch in lubricated models too.
     """
     options = {f.name for f in fields(JointOptions)}
     if not options <= values.keys():
         return {}
     if values["model"] == "ideal":
         return dict.fromkeys(options - {"model"}, "model = ideal")
-    slides = any(isinstance(j, elements.ClearancePrismatic) for j in joints)
-    needed = OF_SOLIDS if slides else set()
+    needed = OF_SOLIDS if any(j.contact for j in joints if j.soft) else set()
     reasons = {"viscosity": f"oil = {values['oil']}"} if values["oil"] != NONE else {}
     for (option, value), names in IDLE_WITH.items():
         if values[option] == value:

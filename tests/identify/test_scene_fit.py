@@ -381,6 +381,32 @@ def test_dry_contact_behind_the_horizon(seed):
     assert "fitted by 6 statistics of 60 turns" in actual.verdict.doubts[0]
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 3])
+def test_dry_contact_that_no_start_follows(seed):
+    """A record whose first values lie before the horizon, and whose minima are many, is fitted by
+    statistics, with the truth inside; a start reports its progress.
+    """
+    random = np.random.default_rng(seed)
+    truth = float(np.exp(random.uniform(*np.log([1e-4, 4e-4]))))
+    machine = cl.load_case("slider_crank", model="dry", clearance=truth)
+    run = cl.simulate(machine, turns=40, samples_per_turn=180, rtol=1e-7, error=None)
+    values = run["slider"].ax[180:]
+    noise = 0.01 * float(np.ptp(values))
+    values = values + random.normal(0.0, noise, values.size)
+    data = record(np.arange(values.size) / 180.0, values, "angle", "m/s2")
+    scene, shares = cl.load_case("slider_crank", model="dry"), []
+    about = {"noise": noise, "settle": 1.0, "starts": 1, "progress": shares.append}
+    actual = fit(scene, data, {"clearance": "0.05mm:0.5mm"}, "bodies/slider/ax", **about)
+    (interval,) = actual.verdict.intervals
+    assert interval.low <= truth <= interval.high
+    assert interval.kind == "statistics"
+    assert "no trajectory follows the records" in actual.verdict.doubts[0]
+    first = shares[: shares.index(1.0) + 1]
+    assert len(first) > 2
+    assert first == sorted(first)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

@@ -119,3 +119,12 @@ def test_idle_options_change_nothing(name, joints, model):
             assert (defaults | values)[option_of] == value
             changed = case.scene(**values | {option: CHANGED[option]})
             assert changed.to_json() == scene.to_json(), option
+
+
+def test_run_names_options_that_do_nothing(tmp_path, typed):
+    """Those that were given stand in a line; defaults that do nothing are left out."""
+    words = ["-p", "model=dry", "-p", "film=short", "--turns", "0.02", "--no-error"]
+    printed = typed("run", "four_bar", *words, "-o", tmp_path / "run.h5").out
+    assert "given        model = dry, film = short\n  no effect    film (model = dry)\n" in printed
+    assert "restitution 0.9" in printed
+    assert "viscosity" not in printed
