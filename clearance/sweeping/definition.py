@@ -103,6 +103,23 @@ class Definition:
             n for n, v in columns if isinstance(v[0], float) and any(value != v[0] for value in v)
         )
 
+    def idle(self) -> dict[str, str]:
+        """Parameters that do nothing at any point, with the option that makes it so."""
+        from clearance.scene.joint_options import DECIDING, idle
+
+        case, columns = find_case(self.path), self.points.columns
+        decisive = zip(*(columns[n] for n in DECIDING if n in columns), strict=True)
+        kinds = {kind: i for i, kind in enumerate(decisive)} or {(): 0}
+        everywhere: dict[str, str] = dict.fromkeys({*self.fixed, *columns}, "")
+        for i in kinds.values():
+            values = {n: p.default for n, p in case.parameters.items()} | self.values(i)
+            try:
+                vain = idle(values, case.scene(**self.values(i)).joints)
+            except ValueError:  # a point that will be recorded as failed
+                continue
+            everywhere = {n: vain[n] for n in everywhere if n in vain}
+        return {n: reason for n, reason in everywhere.items() if reason}
+
     def _common(self) -> dict:
         return {n: getattr(self, n) for n in ("case", "source", "fixed", "options")}
 

@@ -427,6 +427,9 @@ class _Driver:
             len(self.definition.points),
             len(pending),
         )
+        for name, reason in self.definition.idle().items():
+            self.news.append(f"{name} has no effect ({reason})")
+            LOG.warning("%s", self.news[-1])
         interrupted = True  # until the work has ended
         self.journal = Journal(self.folder)
         try:

@@ -128,3 +128,16 @@ def test_run_names_options_that_do_nothing(tmp_path, typed):
     assert "given        model = dry, film = short\n  no effect    film (model = dry)\n" in printed
     assert "restitution 0.9" in printed
     assert "viscosity" not in printed
+
+
+def test_sweeps_name_parameters_without_effect(tmp_path, typed):
+    """Those that do nothing at any point stand in the log; one point where they do is enough."""
+    length = ["--turns", "0.01", "--channels", "none", "--workers", "1"]
+    for model, named in (("dry", True), ("ideal", True), ("dry,lubricated", False)):
+        folder = tmp_path / model
+        words = ["-p", f"model={model}", "-p", "film=short", "-p", "viscosity=0.1,0.2"]
+        printed = typed("sweep", "four_bar", *words, *length, "-o", folder)
+        for name in ("viscosity", "film"):
+            words = f"{name} has no effect (model = {model})"
+            assert (words in printed.err) == named
+            assert (words in (folder / "sweep.log").read_text()) == named
