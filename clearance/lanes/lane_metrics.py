@@ -366,7 +366,9 @@ class LaneMetrics:
         if turn is None and window is not None and window.begin == 0.0:
             self.window, self.turns, self.past = window, None, 0
             return
-        if window is None or window.turns is None or self.record.uneven:
+        if self.record.uneven:
+            raise NotForLanes("turns of a finite drive are counted by its angle")
+        if window is None or window.turns is None:
             raise NotForLanes("its metrics leave out a part that is no turn of a steady drive")
         before = window.begin / turn
         self.past = round(before)  # turns before the window

@@ -652,7 +652,7 @@ IDLE_WITH = {
     ("model", "dry"): OF_FILMS | OF_TRANSITIONS,
     ("model", "lubricated"): OF_SOLIDS | OF_TRANSITIONS,
 }
-DECIDING = ("model", "joints", "friction", "oil")  # what `idle` asks for
+DECIDING = ("model", "joints", "friction", "oil")  # options that `idle` reads
 
 
 def idle(values: Mapping[str, object], joints: Collection[Joint]) -> dict[str, str]:
