@@ -203,4 +203,5 @@ def readable(document: dict) -> list[str]:
                 lines.append(f"      first above total for {', '.join(above)}: {MORE_POINTS}")
     if len(d["metrics"]) > SHOWN:
         lines.append(f"  and {len(d['metrics']) - SHOWN} more metrics: --json has them all")
-    return [*lines, f"  picture      {d['picture']}", f"  directory    {d['folder']}"]
+    picture = f"  picture      {d['picture']}" if d["metrics"] else "  no metric varies: no picture"
+    return [*lines, picture, f"  directory    {d['folder']}"]

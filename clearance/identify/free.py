@@ -19,7 +19,7 @@ from clearance.files.locks import replacing
 from clearance.files.texts import document_of
 from clearance.results.recorder import MemoryRecord
 from clearance.run.run import Run
-from clearance.scene.parameter import varied
+from clearance.scene.parameter import check_effect, varied
 from clearance.scene.scene import Scene
 from clearance.simulation import prepare
 from clearance.values import checks
@@ -62,8 +62,11 @@ class Free:
 
 
 def bounded(scene: Scene, name: str, bounds) -> Free:
-    """A free parameter. Raises ValueError for bounds that do not rise."""
+    """A free parameter. Raises ValueError for bounds that do not rise, and for one that does
+    nothing.
+    """
     about = varied(scene, name, 1.0)
+    check_effect(scene, name)
     ends = bounds.split(":") if isinstance(bounds, str) else list(bounds)
     if len(ends) != 2:
         raise ValueError(f"{name} needs two bounds, such as 0.1mm:1mm, got {bounds!r}")

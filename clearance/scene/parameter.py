@@ -83,6 +83,17 @@ def _in_case(scene: Scene, name: str) -> bool:
     return True
 
 
+def check_effect(scene: Scene, name: str) -> None:
+    """Raises ValueError for a parameter of the case that does nothing."""
+    if scene.case is None:
+        return
+    from clearance.scene.joint_options import idle
+
+    values = {n: p.default for n, p in scene.case.parameters.items()} | scene.parameters
+    if reason := idle(values, scene.joints).get(name):
+        raise ValueError(f"{name} has no effect ({reason})")
+
+
 def _of_case(scene: Scene, name: str) -> tuple[float, str, Callable[[float], Scene]]:
     """Value, units and scenes of a parameter of the case."""
     case, arguments = scene.case, scene.parameters
@@ -90,6 +101,7 @@ def _of_case(scene: Scene, name: str) -> tuple[float, str, Callable[[float], Sce
     automatic = json.loads(scene.origin["resolved"])
     value = automatic.get(name, arguments.get(name, parameter.default))
     if isinstance(value, bool | str) or not isinstance(value, int | float) or parameter.kind is int:
+        check_effect(scene, name)
         raise ValueError(f"sensitivity to {name}: {value!r} is no number that can vary")
     return float(value), parameter.units, lambda v: case.scene(**arguments | {name: v})
 

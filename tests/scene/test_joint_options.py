@@ -3,6 +3,7 @@
 import pytest
 
 import clearance as cl
+from clearance.identify.free import bounded
 from clearance.scene.catalogue import find_case
 from clearance.scene.joint_options import MODELS, idle
 
@@ -141,3 +142,15 @@ def test_sweeps_name_parameters_without_effect(tmp_path, typed):
             words = f"{name} has no effect (model = {model})"
             assert (words in printed.err) == named
             assert (words in (folder / "sweep.log").read_text()) == named
+
+
+def test_what_does_nothing_is_neither_fitted_nor_differentiated(typed):
+    """The reason is stated before anything runs."""
+    reason = "viscosity has no effect (model = dry)"
+    words = ["six_bar_feeder", "-p", "model=dry"]
+    bounds = ["-p", "viscosity=0.01:0.1"]
+    optimum = ["--minimize", "drives/crank/torque_max"]
+    assert reason in typed.line("optimize", *words, *bounds, *optimum)
+    assert reason in typed.line("run", *words, "--sensitivity", "viscosity")
+    with pytest.raises(ValueError, match=r"friction_coefficient has no effect \(friction = none\)"):
+        bounded(cl.load_case("slider_crank", model="dry"), "friction_coefficient", (0.05, 0.2))
