@@ -650,7 +650,7 @@ OF_TRANSITIONS = {"transition", "thresholds", "memberships", "asperity", "elasti
 IDLE_WITH = {
     ("friction", NONE): {"friction_coefficient"},
     ("model", "dry"): OF_FILMS | OF_TRANSITIONS,
-    ("model", "lubricated"): OF_SOLIDS | OF_TRANSITIONS,
+    ("model", "lubricated"): OF_TRANSITIONS,
 }
 DECIDING = ("model", "joints", "friction", "oil")  # options that `idle` reads
 
@@ -666,11 +666,12 @@ def idle(values: Mapping[str, object], joints: Collection[Joint]) -> dict[str, s
         return {}
     if values["model"] == "ideal":
         return dict.fromkeys(options - {"model"}, "model = ideal")
-    needed = OF_SOLIDS if any(j.contact for j in joints if j.soft) else set()
     reasons = {"viscosity": f"oil = {values['oil']}"} if values["oil"] != NONE else {}
+    if not any(j.contact for j in joints if j.soft):
+        reasons |= dict.fromkeys(OF_SOLIDS, f"model = {values['model']}")
     for (option, value), names in IDLE_WITH.items():
         if values[option] == value:
-            reasons |= dict.fromkeys(names - needed, f"{option} = {value}")
+            reasons |= dict.fromkeys(names, f"{option} = {value}")
     return reasons
 
 
