@@ -442,7 +442,7 @@ class MemoryFilm:
             was = self.content * (volume - self._growth) - self._base / flow.hold
             depth = np.broadcast_to(self._mesh.depth, kind.shape)[free]
             gained = np.sum(depth * (content * volume - was)[free])
-            entered = inflow(self._state, flow.drag, self._mesh, self._system) / flow.hold
+            entered = inflow(self._state, flow, self._mesh, self._system) / flow.hold
             self.mass_defect = abs(gained - entered) / max(
                 np.sum(depth * (content * volume)[free]), 1e-300
             )

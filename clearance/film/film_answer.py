@@ -8,57 +8,23 @@ from collections import namedtuple
 
 from clearance.film.banded import compiled, substitute_lu
 from clearance.film.control_volumes import (
-    AXIAL,
     CAVITATED,
     COND,
     DRAG,
     FIXED,
     GAP,
     RATE,
-    REDUCED,
     SHEAR,
     THIN,
     TOUCH,
     VOLUME,
-    axial,
-    inlined,
     uncounted,
 )
-from clearance.film.oil_balance import settle
+from clearance.film.oil_balance import along, around, settle
 
 #: of a film: scales of its rows (4,), and out (4, 6), which it is gathered into. Right (n nz, 5):
 #: minus the derivatives of every balance, then those of the unknowns
 Answer = namedtuple("Answer", "scales out right")
-
-
-@inlined
-def around(i, j, k, state, flow, mesh, system):
-    """Parts of the flow from a cell to the next column: upwind content, fall of the reduced
-    pressure, and the slopes of the flow by the P of both cells.
-    """
-    content, oil = state.content, system.oil
-    f = system.face[i, k if system.face.shape[1] > 1 else 0]
-    upwind = 1.0 + mesh.carried * ((content[i, k] if flow.drag >= 0.0 else content[j, k]) - 1.0)
-    fall, carried = oil[i, k, REDUCED] - oil[j, k, REDUCED], flow.drag * upwind
-    by_own = f[COND] * oil[i, k, THIN] + carried * f[GAP + 3] + f[COND + 3] * fall
-    by_next = -f[COND] * oil[j, k, THIN] + carried * f[GAP + 4] + f[COND + 4] * fall
-    return upwind, fall, by_own, by_next
-
-
-@inlined
-def along(i, k, mesh, system):
-    """The axial flow from a cell to the next or out of the end, its slopes by (ex, ey) with P held,
-    and by the P of both.
-    """
-    cell, oil = system.cell, system.oil
-    conductance, by_here, by_there, layer = axial(cell, i, k, mesh.apart)
-    here, there = cell[i, k if layer else 0], cell[i, layer]
-    fall = oil[i, k, REDUCED] - oil[i, k + 1, REDUCED]
-    by_x = (by_here * here[AXIAL + 1] + by_there * there[AXIAL + 1]) * fall
-    by_y = (by_here * here[AXIAL + 2] + by_there * there[AXIAL + 2]) * fall
-    by_own = conductance * oil[i, k, THIN] + by_here * here[AXIAL + 3] * fall
-    by_next = -conductance * oil[i, k + 1, THIN] + by_there * there[AXIAL + 3] * fall
-    return conductance * fall, (by_x, by_y), by_own, by_next
 
 
 @uncounted
@@ -77,7 +43,7 @@ def by_motion(state, old, flow, mesh, system, right):
             a, b = order[i] * nz + k, order[j] * nz + k
             area = 12.0 * mesh.width[i] * mesh.mean[i]
             f, v = face[i, k if layered else 0], cell[i, k if layered else 0]
-            upwind, fall, by_own, by_next = around(i, j, k, state, flow, mesh, system)
+            upwind, fall, _, by_own, by_next = around(i, j, k, state, flow, mesh, system)
             _, moved, by_here, by_there = along(i, k, mesh, system)
             inner, beyond = 1.0 / mesh.depth[k], 1.0 / mesh.depth[min(k + 1, nz - 1)]
             gained = flow.hold * (content[i, k] - old[i, k])

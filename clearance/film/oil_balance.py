@@ -43,26 +43,49 @@ Past = namedtuple("Past", "content base growth held stored follow")
 
 
 @inlined
+def around(i, j, k, state, flow, mesh, system):
+    """The flow from a cell to the next column j, and its slopes by the P of both.
+
+    First its parts: upwind content, fall of the reduced pressure.
+    """
+    content, oil, drag = state.content, system.oil, flow.drag
+    f = system.face[i, k if system.face.shape[1] > 1 else 0]
+    upwind = 1.0 + mesh.carried * ((content[i, k] if drag >= 0.0 else content[j, k]) - 1.0)
+    fall = oil[i, k, REDUCED] - oil[j, k, REDUCED]
+    by_own = f[COND] * oil[i, k, THIN] + drag * f[GAP + 3] * upwind + f[COND + 3] * fall
+    by_next = -f[COND] * oil[j, k, THIN] + drag * f[GAP + 4] * upwind + f[COND + 4] * fall
+    return upwind, fall, drag * f[GAP] * upwind + f[COND] * fall, by_own, by_next
+
+
+@inlined
+def along(i, k, mesh, system):
+    """The axial flow from a cell to the next or out of the end, its slopes by (ex, ey) with P held,
+    and by the P of both.
+    """
+    cell, oil = system.cell, system.oil
+    conductance, by_here, by_there, layer = axial(cell, i, k, mesh.apart)
+    here, there = cell[i, k if layer else 0], cell[i, layer]
+    fall = oil[i, k, REDUCED] - oil[i, k + 1, REDUCED]
+    by_x = (by_here * here[AXIAL + 1] + by_there * there[AXIAL + 1]) * fall
+    by_y = (by_here * here[AXIAL + 2] + by_there * there[AXIAL + 2]) * fall
+    by_own = conductance * oil[i, k, THIN] + by_here * here[AXIAL + 3] * fall
+    by_next = -conductance * oil[i, k + 1, THIN] + by_there * there[AXIAL + 3] * fall
+    return conductance * fall, (by_x, by_y), by_own, by_next
+
+
+@inlined
 def add_around(i, k, state, flow, mesh, system):
     """The flow from cell (i, k) to the next column, and its derivative by the two unknowns."""
-    (kind, _, content), (face, _, oil, _, matrix, rest) = state, system
+    kind, matrix, rest = state.kind, system.matrix, system.rest
     nz, w = kind.shape[1], matrix.shape[1] // 2
     j = i + 1 if i + 1 < kind.shape[0] else 0
     a, b = mesh.order[i] * nz + k, mesh.order[j] * nz + k
-    f = face[i, k if face.shape[1] > 1 else 0]
-    drag, carried = flow.drag, mesh.carried
-    onward = drag >= 0.0
-    upwind = 1.0 + carried * ((content[i, k] if onward else content[j, k]) - 1.0)
-    fall = oil[i, k, REDUCED] - oil[j, k, REDUCED]
-    flux = drag * f[GAP] * upwind + f[COND] * fall
+    _, _, flux, by_own, by_next = around(i, j, k, state, flow, mesh, system)
+    swept = mesh.carried * flow.drag * system.face[i, k if system.face.shape[1] > 1 else 0, GAP]
     if kind[i, k] == CAVITATED:
-        by_own = carried * drag * f[GAP] if onward else 0.0
-    else:
-        by_own = f[COND] * oil[i, k, THIN] + drag * f[GAP + 3] * upwind + f[COND + 3] * fall
+        by_own = max(swept, 0.0)
     if kind[j, k] == CAVITATED:
-        by_next = 0.0 if onward else carried * drag * f[GAP]
-    else:
-        by_next = -f[COND] * oil[j, k, THIN] + drag * f[GAP + 4] * upwind + f[COND + 4] * fall
+        by_next = min(swept, 0.0)
     rest[a, 0] -= flux
     rest[b, 0] += flux
     matrix[a, w] += by_own
@@ -72,33 +95,23 @@ def add_around(i, k, state, flow, mesh, system):
 
 
 @inlined
-def add_along(i, k, state, mesh, system):
+def add_along(i, k, kind, mesh, system):
     """The flow from cell (i, k) to its axial neighbour or out of the end, and its derivatives."""
-    kind, (_, cell, oil, _, matrix, rest) = state.kind, system
-    nz, w = kind.shape[1], matrix.shape[1] // 2
-    a = mesh.order[i] * nz + k
-    conductance, by_own, by_next, beside = axial(cell, i, k, mesh.apart)
-    by_own *= cell[i, k if beside else 0, AXIAL + 3]
-    inner = 1.0 / mesh.depth[k]
-    if k == nz - 1:
-        fall = oil[i, k, REDUCED] - oil[i, nz, REDUCED]
-        rest[a, 0] -= inner * conductance * fall
-        if kind[i, k] != CAVITATED:
-            matrix[a, w] += inner * (conductance * oil[i, k, THIN] + by_own * fall)
-        return
-    by_next *= cell[i, beside, AXIAL + 3]
-    fall = oil[i, k, REDUCED] - oil[i, k + 1, REDUCED]
-    beyond = 1.0 / mesh.depth[k + 1]
-    rest[a, 0] -= inner * conductance * fall
-    rest[a + 1, 0] += beyond * conductance * fall
+    matrix, rest, nz = system.matrix, system.rest, kind.shape[1]
+    a, w = mesh.order[i] * nz + k, matrix.shape[1] // 2
+    flux, _, by_own, by_next = along(i, k, mesh, system)
+    inner, beyond = 1.0 / mesh.depth[k], 1.0 / mesh.depth[min(k + 1, nz - 1)]
+    rest[a, 0] -= inner * flux
     if kind[i, k] != CAVITATED:
-        slope = conductance * oil[i, k, THIN] + by_own * fall
-        matrix[a, w] += inner * slope
-        matrix[a + 1, w - 1] -= beyond * slope
+        matrix[a, w] += inner * by_own
+    if k == nz - 1:
+        return
+    rest[a + 1, 0] += beyond * flux
+    if kind[i, k] != CAVITATED:
+        matrix[a + 1, w - 1] -= beyond * by_own
     if kind[i, k + 1] != CAVITATED:
-        slope = conductance * oil[i, k + 1, THIN] - by_next * fall
-        matrix[a, w + 1] -= inner * slope
-        matrix[a + 1, w] += beyond * slope
+        matrix[a, w + 1] += inner * by_next
+        matrix[a + 1, w] -= beyond * by_next
 
 
 @uncounted
@@ -130,7 +143,7 @@ def assemble(state, past, flow, mesh, system):
             else:
                 matrix[a, w] += v[VOLUME + 3] * (hold * gained + press * old[i, k] + flow.brake)
             add_around(i, k, state, flow, mesh, system)
-            add_along(i, k, state, mesh, system)
+            add_along(i, k, kind, mesh, system)
     for i in range(n):
         for k in range(nz):
             if kind[i, k] == FIXED:
@@ -323,28 +336,21 @@ def sweep(rate, spin, old, mesh, base):
 
 
 @uncounted
-def inflow(state, drag, mesh, system):
+def inflow(state, flow, mesh, system):
     """Oil that enters the free cells from grooves and ends, 12 times its volume flow
     (dimensionless).
     """
-    kind, content, (face, cell, oil, _, _, _) = state.kind, state.content, system
+    kind, total = state.kind, 0.0
     n, nz = kind.shape
-    layered = face.shape[1] > 1
-    total = 0.0
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
         for k in range(nz):
-            f = face[i, k if layered else 0]
             here, there = kind[i, k] == FIXED, kind[j, k] == FIXED
             if here != there:
-                upwind = content[i, k] if drag >= 0.0 else content[j, k]
-                flux = drag * f[GAP] * upwind + f[COND] * (oil[i, k, REDUCED] - oil[j, k, REDUCED])
+                _, _, flux, _, _ = around(i, j, k, state, flow, mesh, system)
                 total += (flux if here else -flux) * mesh.depth[k]
-            conductance = axial(cell, i, k, mesh.apart)[0]
-            if k == nz - 1:
-                if not here:
-                    total -= conductance * (oil[i, k, REDUCED] - oil[i, nz, REDUCED])
-            elif here != (kind[i, k + 1] == FIXED):
-                flux = conductance * (oil[i, k, REDUCED] - oil[i, k + 1, REDUCED])
+            flux, _, _, _ = along(i, k, mesh, system)
+            # out of the end the oil leaves to what has a pressure given, as from a groove
+            if here != (k == nz - 1 or kind[i, k + 1] == FIXED):
                 total += flux if here else -flux
     return total
