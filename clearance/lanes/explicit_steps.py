@@ -15,7 +15,6 @@ from clearance.lanes.steps import (
     Trial,
     advance,
     grown,
-    keep,
     proposed,
     refused,
     start,
@@ -68,9 +67,8 @@ def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     """The begin of a phase of a run: rates, contacts, first step."""
     piece = start(rows, shape, entries, ORDER, NEXT)
     if shape.contacts:
-        piece.set("begins", *piece.call(entries.spots, piece.one("t"), piece.all("y")))
-        piece.set("aimed", 0.0)
-    piece.set("last_step", 0.0)
+        piece.set(begins=piece.call(entries.spots, piece.one("t"), piece.all("y")), aimed=0.0)
+    piece.set(last_step=0.0)
     return piece
 
 
@@ -101,33 +99,37 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     error = error_of(piece, shape, h, new, [*slopes, slope])
     finite = piece.finite([*new, *slope, error])
     accurate = finite & piece.none(error > 1.0)
-    piece.set("felt", stiffness(piece, n, h, (new, inner), (slope, slopes[-1])))
-    piece.set("h", h)
-    piece.set("error", error)
-    piece.set("new", *new)
-    piece.set("slope", *slope)
-    piece.set("stages", *(v for row in slopes for v in row[:n]))
+    piece.set(
+        felt=stiffness(piece, n, h, (new, inner), (slope, slopes[-1])),
+        h=h,
+        error=error,
+        new=new,
+        slope=slope,
+        stages=[v for row in slopes for v in row[:n]],
+    )
     trial = Trial(new, slope, error, piece.none(h < 0.0), finite, [], [])
     factor = refused(piece, trial, accurate, accurate, float(ORDER))
     if shape.contacts:
         ends = piece.call(entries.spots, t + h, new)
-        piece.set("ends", *ends)
+        piece.set(ends=ends)
         factor = falling(piece, shape, finite, ends, factor)
         factor = piece.choose(aimed, NEWTON_FAILED, factor)
-        piece.set("aimed", piece.choose(accurate, piece.one("aimed"), 0.0))
+        piece.keep(piece.none(accurate), aimed=0.0)
     give_way(piece, accurate, h * factor)
     phase = piece.choose(accurate, float(FINISH), float(ITERATE))
-    piece.set("status", failed)
-    piece.set("phase", piece.choose(failed > 0.0, float(ARRIVED), phase))
+    piece.set(status=failed, phase=piece.choose(failed > 0.0, float(ARRIVED), phase))
     return piece
 
 
 def give_way(piece: Piece, accurate, step) -> None:
     """Make the next step shorter after one that is refused."""
-    for name in ("rejected", "refusals"):
-        piece.set(name, piece.one(name) + piece.choose(accurate, 0.0, 1.0))
-    piece.set("refusal", piece.choose(accurate, piece.one("refusal"), float(status.TOO_LONG)))
-    piece.set("step", piece.choose(accurate, piece.one("step"), step))
+    piece.keep(
+        piece.none(accurate),
+        rejected=piece.one("rejected") + 1.0,
+        refusals=piece.one("refusals") + 1.0,
+        refusal=float(status.TOO_LONG),
+        step=step,
+    )
 
 
 def error_of(piece: Piece, shape: Shape, h, new: list, slopes: list[list]):
@@ -193,19 +195,17 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     if shape.contacts:
         event = met_inside(piece, shape, entries, polynomial)
         taken = piece.none(event)
-        piece.set("event", piece.flag(event))
-        keep(piece, taken, "begins", piece.all("ends"))
+        piece.set(event=piece.flag(event))
+        piece.keep(taken, begins=piece.all("ends"))
     error = piece.largest(piece.one("error"), 1e-10)
     now, arrived = advance(piece, shape, taken, error, new, piece.all("slope"))
-    piece.set("step", piece.choose(taken, grown(piece, h, error, float(ORDER)), piece.one("step")))
-    piece.set("refusals", piece.choose(taken, 0.0, piece.one("refusals")))
-    piece.set("refusal", piece.choose(taken, 0.0, piece.one("refusal")))
+    step = grown(piece, h, error, float(ORDER))
+    piece.keep(taken, step=step, refusals=0.0, refusal=0.0, polynomial=polynomial, last_h=h)
     stuck = count_stiff(piece, taken)
-    piece.set("status", piece.choose(stuck, float(status.STIFF), 0.0))
-    over = arrived | stuck
-    piece.set("phase", piece.choose(over, float(ARRIVED), float(NEXT)))
-    keep(piece, taken, "polynomial", polynomial)
-    piece.set("last_h", piece.choose(taken, h, piece.one("last_h")))
+    piece.set(
+        status=piece.choose(stuck, float(status.STIFF), 0.0),
+        phase=piece.choose(arrived | stuck, float(ARRIVED), float(NEXT)),
+    )
     moved = [piece.choose(taken, v, 0.0) for v in piece.along(polynomial, 0.5, n)]
     middle = [a + b for a, b in zip(y, moved, strict=False)] + new[n:]
     look(piece, entries, watch, Moment(now, new, t + 0.5 * h, middle, h, taken))
@@ -216,6 +216,5 @@ def count_stiff(piece: Piece, taken):
     """True where stability has held the method up for many steps."""
     before = piece.one("stiff"), piece.one("mild")
     now = piece.formula(control.stiff_steps, piece.one("felt"), *before)
-    for name, value in zip(("stiff", "mild"), now, strict=True):
-        keep(piece, taken, name, [value])
+    piece.keep(taken, stiff=now[0], mild=now[1])
     return taken & (now[0] >= HELD_UP)

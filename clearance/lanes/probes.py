@@ -34,7 +34,7 @@ def met_inside(piece: Piece, shape: Shape, entries: Entries, polynomial: list):
         for p, state in zip(places, states, strict=True)
     ]
     probes = [piece.all("begins"), *inner, piece.all("ends")]
-    piece.set("probes", *(v for row in inner for v in row))
+    piece.set(probes=[v for row in inner for v in row])
     aimed = piece.one("aimed") > 0.5
     return piece.none(aimed) & _meets(piece, shape, probes)
 

@@ -43,7 +43,7 @@ ROWS = (
     "status",
     "t",
     "end",
-    "from",
+    "begun",
     "last_h",
     "steps",
     "rejected",
@@ -338,7 +338,7 @@ def sample(s, lane):
     time = s.rows[s.t_row, lane]
     if s.progress[lane, DUE] > time:
         return
-    h, begun = s.rows[s.last_h_row, lane], s.rows[s.from_row, lane]
+    h, begun = s.rows[s.last_h_row, lane], s.rows[s.begun_row, lane]
     point = int(s.progress[lane, POINT])
     begin, until = s.spans[point, BEGIN], s.spans[point, UNTIL]
     half = 0.5 * s.spans[point, EVERY]
@@ -354,7 +354,7 @@ def sample(s, lane):
 @inline
 def look(s, lane, column, quantity, stage, theta):
     """Have a place inside the step made last looked at."""
-    begun, h = s.rows[s.from_row, lane], s.rows[s.last_h_row, lane]
+    begun, h = s.rows[s.begun_row, lane], s.rows[s.last_h_row, lane]
     s.sides[lane, s.inner_theta_row, column] = theta
     s.sides[lane, s.inner_time_row, column] = begun + theta * h
     s.places[column], s.stages[column], s.thetas[column] = quantity, stage, theta

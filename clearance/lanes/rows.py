@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from clearance.tracing.interpreter import Execution
-from clearance.tracing.trace import Trace, live
+from clearance.tracing.trace import Trace, is_value, live
 
 LARGEST = 1.7e308
 
@@ -59,14 +59,22 @@ class Piece:
         """All rows of a name as they were."""
         return [self.trace.load(f"s[{row}]") for row in self.rows.places(name)]
 
-    def set(self, name: str, *values) -> None:
-        """Set the first rows of a name."""
-        for row, value in zip(self.rows.places(name), values, strict=False):
-            self.outputs[row] = value
+    def set(self, **rows) -> None:
+        """Set rows by name, the first ones to the values of a list."""
+        for name, values in rows.items():
+            values = [values] if is_value(values) else values
+            self.outputs |= zip(self.rows.places(name), values, strict=False)
 
-    def set_one(self, name: str, i: int, value) -> None:
-        """Set a row."""
-        self.outputs[self.rows.places(name)[i]] = value
+    def set_at(self, i: int, **rows) -> None:
+        """Set the i-th row of each name."""
+        self.outputs |= {self.rows.places(name)[i]: value for name, value in rows.items()}
+
+    def keep(self, condition, **rows) -> None:
+        """Set rows, see `set`, where a condition holds."""
+        for name, values in rows.items():
+            values = [values] if is_value(values) else values
+            pairs = zip(values, self.all(name), strict=False)
+            self.set(**{name: [self.choose(condition, *pair) for pair in pairs]})
 
     def leave(self, condition, *names: str) -> None:
         """Leave rows that were set as they were where a condition holds."""

@@ -79,7 +79,7 @@ def add_rows(rows: Rows, shape: Shape) -> None:
         "last_error",
         "refusal",
     )
-    rows.add("refusals", "steps", "rejected", "begin_step", "from", "effort", "newton_rate")
+    rows.add("refusals", "steps", "rejected", "begin_step", "begun", "effort", "newton_rate")
     rows.add("y", "f", count=shape.size)
     rows.add("scale", "base", count=shape.states)
     rows.add("diagonal", count=2 * len(shape.films))
@@ -135,15 +135,14 @@ def start(rows: Rows, shape: Shape, entries: Entries, order: float, then: int) -
     )
     rates = piece.call(entries.rhs, t, y)
     begun = piece.finite(rates)
-    piece.set("f", *rates)
-    piece.set("scale", *scale)
-    piece.set("damping", *damping)
-    piece.set("before", *penetration)
+    piece.set(f=rates, scale=scale, damping=damping, before=penetration)
     step = first_step(piece, entries, rates, scale, order) if n else piece.one("longest")
-    piece.set("step", step)
-    piece.set("base", *y[:n])
-    piece.set("status", piece.choose(begun, 0.0, float(status.NOT_FINITE)))
-    piece.set("phase", piece.choose(begun, float(then), float(ARRIVED)))
+    piece.set(
+        step=step,
+        base=y[:n],
+        status=piece.choose(begun, 0.0, float(status.NOT_FINITE)),
+        phase=piece.choose(begun, float(then), float(ARRIVED)),
+    )
     return piece
 
 
@@ -209,22 +208,15 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
     )
 
     now, arrived = advance(piece, shape, taken, error, [*trial.y, *trial.ledger], trial.f)
-    keep(piece, taken, "scale", scale)
-    keep(piece, taken, "damping", damping)
-    keep(piece, taken, "before", penetration)
-    rejections = piece.one("rejected") + 1.0
-    piece.set("rejected", piece.choose(taken, piece.one("rejected"), rejections))
-    piece.set("refusals", piece.choose(taken, 0.0, piece.one("refusals") + 1.0))
-    piece.set("refusal", piece.choose(taken, 0.0, reason(piece, trial, accurate, usable)))
-    piece.set("step", step)
-    piece.set("phase", piece.choose(arrived, float(ARRIVED), float(PREPARE)))
+    piece.keep(taken, scale=scale, damping=damping, before=penetration)
+    piece.keep(piece.none(taken), rejected=piece.one("rejected") + 1.0)
+    piece.set(
+        refusals=piece.choose(taken, 0.0, piece.one("refusals") + 1.0),
+        refusal=piece.choose(taken, 0.0, reason(piece, trial, accurate, usable)),
+        step=step,
+        phase=piece.choose(arrived, float(ARRIVED), float(PREPARE)),
+    )
     return taken, now
-
-
-def keep(piece: Piece, taken, name: str, values) -> None:
-    """Set the first rows of a name where a step is taken."""
-    pairs = zip(values, piece.all(name), strict=False)
-    piece.set(name, *(piece.choose(taken, new, old) for new, old in pairs))
 
 
 def advance(piece: Piece, shape: Shape, taken, error, y: list, f: list) -> tuple:
@@ -235,14 +227,17 @@ def advance(piece: Piece, shape: Shape, taken, error, y: list, f: list) -> tuple
     t, h, end = (piece.one(n) for n in ("t", "h", "end"))
     reached = (h >= end - t) | (t + h >= end)
     now = piece.choose(reached, end, t + h)
-    keep(piece, taken, "y", y)
-    keep(piece, taken, "f", f)
-    keep(piece, taken, "base", piece.all("y")[: shape.states])
-    keep(piece, taken, "from", [t])
-    keep(piece, taken, "t", [now])
-    keep(piece, taken, "last_step", [h])
-    keep(piece, taken, "last_error", [piece.largest(error, 1e-2)])
-    keep(piece, taken, "steps", [piece.one("steps") + 1.0])
+    piece.keep(
+        taken,
+        y=y,
+        f=f,
+        base=piece.all("y")[: shape.states],
+        begun=t,
+        t=now,
+        last_step=h,
+        last_error=piece.largest(error, 1e-2),
+        steps=piece.one("steps") + 1.0,
+    )
     return now, taken & reached
 
 

@@ -18,7 +18,6 @@ from clearance.lanes.steps import (
     Shape,
     Trial,
     conclude,
-    keep,
     proposed,
     start,
 )
@@ -121,10 +120,9 @@ def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     """The begin of a run, or of a phase of one."""
     piece = start(rows, shape, entries, ORDER, NEXT)
     if shape.spots:
-        piece.set("begins", *piece.call(entries.spots, piece.one("t"), piece.all("y")))
+        piece.set(begins=piece.call(entries.spots, piece.one("t"), piece.all("y")))
     if shape.contacts:
-        for name in ("aimed", "last_step", "predictor"):
-            piece.set(name, 0.0)
+        piece.set(aimed=0.0, last_step=0.0, predictor=0.0)
     return piece
 
 
@@ -160,26 +158,25 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
         for i in range(p, n)
     ]
     convergence = piece.largest(piece.one("convergence"), 1e-16)
-    piece.set("h", h)
-    piece.set("status", failed)
-    piece.set("weight", *(1.0 / (rtol * (s + abs(v))) for s, v in zip(scale, y, strict=False)))
-    piece.set("coupling", *(jacobian[p + i][j] for i in range(shape.rates) for j in range(p)))
     piece.set(
-        "diagonal",
-        *(abs(jacobian[p + f + k][p + f + k]) for f, _ in shape.films for k in range(2)),
+        h=h,
+        status=failed,
+        weight=[1.0 / (rtol * (s + abs(v))) for s, v in zip(scale, y, strict=False)],
+        coupling=[jacobian[p + i][j] for i in range(shape.rates) for j in range(p)],
+        diagonal=[abs(jacobian[p + f + k][p + f + k]) for f, _ in shape.films for k in range(2)],
+        real=[v for row in lu for v in row],
+        complex_real=[v.real for row in complex_lu for v in row],
+        complex_imag=[v.imag for row in complex_lu for v in row],
+        exchanges=map(piece.flag, exchanges),
+        complex_exchanges=map(piece.flag, complex_exchanges),
+        stages=[v for row in stages for v in row],
+        transformed=transformed,
+        factor=piece.trace.binary("pow", convergence, 0.8),
+        old=0.0,
+        iteration=0.0,
+        newton_rate=0.0,
+        phase=piece.choose(failed > 0.0, float(ARRIVED), float(ITERATE)),
     )
-    piece.set("real", *(v for row in lu for v in row))
-    piece.set("complex_real", *(v.real for row in complex_lu for v in row))
-    piece.set("complex_imag", *(v.imag for row in complex_lu for v in row))
-    piece.set("exchanges", *map(piece.flag, exchanges))
-    piece.set("complex_exchanges", *map(piece.flag, complex_exchanges))
-    piece.set("stages", *(v for row in stages for v in row))
-    piece.set("transformed", *transformed)
-    piece.set("factor", piece.trace.binary("pow", convergence, 0.8))
-    piece.set("old", 0.0)
-    piece.set("iteration", 0.0)
-    piece.set("newton_rate", 0.0)
-    piece.set("phase", piece.choose(failed > 0.0, float(ARRIVED), float(ITERATE)))
     return piece
 
 
@@ -250,15 +247,19 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
         for s in range(STAGES):
             new[s][p + i] = piece.weighted(K.t[s], [w[j][i] for j in range(STAGES)])
     followed(piece, shape, h, y, new)
-    piece.set("transformed", *(v for row in w for v in row))
-    piece.set("powers", *powers)
-    piece.set("stages", *(v for row in new for v in row))
+    piece.set(
+        transformed=[v for row in w for v in row],
+        powers=powers,
+        stages=[v for row in new for v in row],
+    )
     if shape.contacts:
         end, slope = end_of_step(piece, shape, new, powers)
-        piece.set("new", *end)
-        piece.set("slope", *slope, *powers[len(powers) - shape.ledger :])
-        piece.set("ends", *piece.call(entries.spots, t + h, end))
-        piece.set("aimed", piece.choose(failed, 0.0, piece.one("aimed")))
+        piece.set(
+            new=end,
+            slope=[*slope, *powers[len(powers) - shape.ledger :]],
+            ends=piece.call(entries.spots, t + h, end),
+        )
+        piece.keep(failed, aimed=0.0)
     return piece
 
 
@@ -293,20 +294,17 @@ def judge(piece: Piece, norm, rtol):
     converged = piece.none(bad) & settled
     last = iteration > ITERATIONS - 1.5
     ended = converged | bad | last
-    piece.set("solved", piece.flag(converged))
-    piece.set("factor", factor_of_rate)
-    piece.set("convergence", piece.choose(converged, factor_of_rate, 1.0))
-    piece.set("newton_rate", rate)
-    share = SAFETY * (2 * ITERATIONS + 1)
     piece.set(
-        "effort",
-        piece.choose(
-            converged, share / (iteration + float(2 * ITERATIONS + 1)), piece.one("effort")
-        ),
+        solved=piece.flag(converged),
+        factor=factor_of_rate,
+        convergence=piece.choose(converged, factor_of_rate, 1.0),
+        newton_rate=rate,
+        old=norm,
+        iteration=iteration + 1.0,
+        phase=piece.choose(ended, float(FINISH), float(ITERATE)),
     )
-    piece.set("old", norm)
-    piece.set("iteration", iteration + 1.0)
-    piece.set("phase", piece.choose(ended, float(FINISH), float(ITERATE)))
+    most = float(2 * ITERATIONS + 1)
+    piece.keep(converged, effort=SAFETY * most / (iteration + most))
     return ended & piece.none(converged)
 
 
@@ -409,11 +407,11 @@ def note(piece: Piece, shape: Shape, met, taken) -> None:
     """Keep for the driver, or for the next step, where a contact sets in or ends."""
     if shape.gradual:
         cut, last = piece.flag(met), piece.one("shortened")
-        piece.set("shortened", piece.choose(taken, 0.5 * last, last + cut))
+        piece.set(shortened=piece.choose(taken, 0.5 * last, last + cut))
         return
     piece.leave(met, "rejected", "refusals", "refusal")
-    piece.set("event", piece.choose(met, 1.0, piece.choose(taken, 0.0, -1.0)))
-    keep(piece, piece.none(taken), "aimed", [0.0])
+    piece.set(event=piece.choose(met, 1.0, piece.choose(taken, 0.0, -1.0)))
+    piece.keep(piece.none(taken), aimed=0.0)
 
 
 def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
@@ -428,13 +426,12 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     ends = touched(piece, shape, entries, trial, polynomial) if shape.spots else []
     taken, now = conclude(piece, shape, entries, trial, ORDER)
     if shape.spots:
-        keep(piece, taken, "begins", ends)
+        piece.keep(taken, begins=ends)
         note(piece, shape, trial.met[0], taken)
-    keep(piece, taken, "polynomial", polynomial)
     near = piece.choose(h > piece.one("last_h"), 1.0, 0.0)  # see `radau.advance`
     usable = piece.choose(trial.solved, 1.0, near)
-    piece.set("predictor", piece.choose(taken, 1.0, piece.one("predictor") * usable))
-    keep(piece, taken, "last_h", [h])
+    piece.set(predictor=piece.choose(taken, 1.0, piece.one("predictor") * usable))
+    piece.keep(taken, polynomial=polynomial, last_h=h)
     moved = [piece.choose(taken, v, 0.0) for v in piece.along(polynomial, 0.5, n)]
     middle = [a + b for a, b in zip(y, moved, strict=False)] + trial.ledger
     at_end = now, [*trial.y, *trial.ledger]

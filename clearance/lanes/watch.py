@@ -154,14 +154,17 @@ def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
             flags.append(may)
         if q.searched:
             best = piece.largest(best, between)
-            piece.set_one("between", k, between)
-        piece.set_one("value", k, piece.choose(taken, best, before))
-        piece.set_one("last", k, piece.choose(taken, last, earlier))
-        piece.set_one("next", k, piece.choose(taken, value, last))
-        piece.set_one("search", k, piece.flag(may) if q.searched else 0.0)
+            piece.set_at(k, between=between)
+        piece.set_at(
+            k,
+            value=piece.choose(taken, best, before),
+            last=piece.choose(taken, last, earlier),
+            next=piece.choose(taken, value, last),
+            search=piece.flag(may) if q.searched else 0.0,
+        )
     integrate(piece, watch, moment, row, inner)
-    piece.set("interval", piece.choose(taken, width, back))
-    piece.set("found", piece.flag(piece.either(*flags)))
+    piece.keep(taken, interval=width)
+    piece.set(found=piece.flag(piece.either(*flags)))
 
 
 def integrate(piece: Piece, watch: Watch, moment: Moment, row: list, inner: list) -> None:
@@ -182,13 +185,13 @@ def integrate(piece: Piece, watch: Watch, moment: Moment, row: list, inner: list
         bend = middle - 0.5 * (before + value)
         size = piece.largest(before, middle, value)
         rough.append(width * bend * bend > share * size * (total + panel))
-        piece.set_one("at_begin", k, before)
-        piece.set_one("at_middle", k, middle)
-        piece.set_one("at_end", k, piece.choose(taken, value, before))
+        piece.set_at(
+            k, at_begin=before, at_middle=middle, at_end=piece.choose(taken, value, before)
+        )
     rough = piece.either(*rough)
     for k, panel in panels.items():
-        piece.set_one("sums", k, piece.one("sums", k) + piece.choose(rough, 0.0, panel))
-    piece.set("refine", piece.flag(within & rough))
+        piece.set_at(k, sums=piece.one("sums", k) + piece.choose(rough, 0.0, panel))
+    piece.set(refine=piece.flag(within & rough))
 
 
 def stepped(piece: Piece, watch: Watch, row: list) -> list[tuple[int, object]]:
@@ -201,12 +204,10 @@ def look_first(piece: Piece, entries: Entries, watch: Watch) -> None:
     """Take in the outputs where a phase begins."""
     row = piece.call(entries.outputs, piece.one("t"), piece.all("y"))
     values = values_of(piece, watch, row)
-    piece.set("next", *values)
-    piece.set("value", *map(piece.largest, values, piece.all("value")))
-    for name in ("interval", "found", "refine"):
-        piece.set(name, 0.0)
+    piece.set(next=values, value=map(piece.largest, values, piece.all("value")))
+    piece.set(interval=0.0, found=0.0, refine=0.0)
     for k, value in stepped(piece, watch, row):
-        piece.set_one("at_end", k, value)
+        piece.set_at(k, at_end=value)
 
 
 def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch, settled: Callable) -> Piece:
@@ -215,9 +216,9 @@ def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch, settled: Ca
     time = piece.one("inner_time")
     y = settled(piece, shape, entries, piece.one("inner_theta"), time)
     row = piece.call(entries.outputs, time, y + piece.all("y")[shape.states :])
-    piece.set("seen", *values_of(piece, watch, row))
+    piece.set(seen=values_of(piece, watch, row))
     for k, value in stepped(piece, watch, row):
-        piece.set_one("summands", k, value)
+        piece.set_at(k, summands=value)
     return piece
 
 
@@ -236,6 +237,6 @@ def sample(rows: Rows, shape: Shape, entries: Entries, watch: Watch, settled: Ca
         if not reduction.mean:
             larger = piece.largest(before, value)
             after = piece.choose(share > 0.0, larger, before)
-        piece.set_one("sums", k, after)
-    piece.set("tracks", *(row[c] for c in watch.tracks))
+        piece.set_at(k, sums=after)
+    piece.set(tracks=[row[c] for c in watch.tracks])
     return piece
