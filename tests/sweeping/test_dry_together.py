@@ -83,6 +83,9 @@ SCENES = [
     ("four_bar", {"joints": "B,C", "oil": "B"}),
     ("six_bar_feeder", {"joints": "B,C,E", "oil": "C", "contact": "flores"}),
     ("six_bar_feeder", {"model": "mixed", "transition": "flores"}),
+    ("slider_crank", {"model": "mixed", "joints": "C,guide", "transition": "fuzzy"}),
+    ("slider_crank", {"model": "mixed", "joints": "guide", "transition": "load_sharing"}),
+    ("slider_crank", {"model": "lubricated", "joints": "guide", "transition": "none"}),
     ("slider_crank", {"model": "ideal"}),
     ("six_bar_feeder", {"model": "ideal"}),
 ]
