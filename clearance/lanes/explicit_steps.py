@@ -67,7 +67,7 @@ def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     """The begin of a phase of a run: rates, contacts, first step."""
     piece = start(rows, shape, entries, ORDER, NEXT)
     if shape.contacts:
-        piece.set(begins=piece.call(entries.spots, piece.one("t"), piece.all("y")), aimed=0.0)
+        piece.set(begins=piece.call(entries.spots, piece["t"], piece.all("y")), aimed=0.0)
     piece.set(last_step=0.0)
     return piece
 
@@ -85,15 +85,15 @@ def sum_of(piece: Piece, weights, slopes: list[list], i: int):
 def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     """One trial step, of the size that the control or the search for a contact gives."""
     piece, n = Piece(rows, ITERATE), shape.states
-    t, y = piece.one("t"), piece.all("y")
+    t, y = piece["t"], piece.all("y")
     h, failed = proposed(piece)
     if shape.contacts:
-        aimed = piece.one("aimed") > 0.5
-        h, failed = piece.choose(aimed, piece.one("h"), h), piece.choose(aimed, 0.0, failed)
+        aimed = piece["aimed"] > 0.5
+        h, failed = piece.choose(aimed, piece["h"], h), piece.choose(aimed, 0.0, failed)
     slopes, inner = [piece.all("f")], y
     for s in range(1, STAGES):
         inner = [y[i] + h * sum_of(piece, A[s, :s], slopes, i) for i in range(n)]
-        slopes.append(piece.call(entries.rhs, t + h * float(C[s]), [*inner, *y[n:]]))
+        slopes.append(piece.call(entries.rhs, t + h * C[s], [*inner, *y[n:]]))
     new = [y[i] + h * sum_of(piece, B, slopes, i) for i in range(shape.size)]
     slope = piece.call(entries.rhs, t + h, new)
     error = error_of(piece, shape, h, new, [*slopes, slope])
@@ -108,7 +108,7 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
         stages=[v for row in slopes for v in row[:n]],
     )
     trial = Trial(new, slope, error, piece.none(h < 0.0), finite, [], [])
-    factor = refused(piece, trial, accurate, accurate, float(ORDER))
+    factor = refused(piece, trial, accurate, accurate, ORDER)
     if shape.contacts:
         ends = piece.call(entries.spots, t + h, new)
         piece.set(ends=ends)
@@ -116,8 +116,8 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
         factor = piece.choose(aimed, NEWTON_FAILED, factor)
         piece.keep(piece.none(accurate), aimed=0.0)
     give_way(piece, accurate, h * factor)
-    phase = piece.choose(accurate, float(FINISH), float(ITERATE))
-    piece.set(status=failed, phase=piece.choose(failed > 0.0, float(ARRIVED), phase))
+    phase = piece.choose(accurate, FINISH, ITERATE)
+    piece.set(status=failed, phase=piece.choose(failed > 0.0, ARRIVED, phase))
     return piece
 
 
@@ -125,22 +125,22 @@ def give_way(piece: Piece, accurate, step) -> None:
     """Make the next step shorter after one that is refused."""
     piece.keep(
         piece.none(accurate),
-        rejected=piece.one("rejected") + 1.0,
-        refusals=piece.one("refusals") + 1.0,
-        refusal=float(status.TOO_LONG),
+        rejected=piece["rejected"] + 1.0,
+        refusals=piece["refusals"] + 1.0,
+        refusal=status.TOO_LONG,
         step=step,
     )
 
 
 def error_of(piece: Piece, shape: Shape, h, new: list, slopes: list[list]):
     """Error over tolerance, see `dop853.step`."""
-    n, y, rtol, high, low = shape.states, piece.all("y"), piece.one("rtol"), 0.0, 0.0
+    n, y, rtol, high, low = shape.states, piece.all("y"), piece["rtol"], 0.0, 0.0
     for i, scale in enumerate(piece.all("scale")):
         size = scale + piece.largest(abs(y[i]), abs(new[i]))
         weight = piece.trace.div(1.0, rtol * size)
         five, three = (sum_of(piece, w, slopes, i) * weight for w in (E5, E3))
         high, low = high + five * five, low + three * three
-    root = piece.sqrt((high + low * 0.01) * float(n))
+    root = piece.sqrt((high + low * 0.01) * n)
     error = piece.choose(root > 0.0, h * high / piece.largest(root, 1e-300), 0.0)
     share = piece.trace.binary("pow", rtol, 1.0 - 5.0 / 8.0)
     return piece.largest(error, h * piece.sqrt(high * (1.0 / max(n, 1))) * share * (1.0 / FIFTH))
@@ -159,12 +159,12 @@ def stiffness(piece: Piece, n: int, h, states: tuple, slopes: tuple):
 # --- the end of a step
 def dense(piece: Piece, shape: Shape, entries: Entries) -> list:
     """Dense output of the trial step, see `dop853.interpolant`."""
-    n, t, h, y = shape.states, piece.one("t"), piece.one("h"), piece.all("y")
+    n, t, h, y = shape.states, piece["t"], piece["h"], piece.all("y")
     new, slope, values = piece.all("new"), piece.all("slope"), piece.all("stages")
     slopes = [*(values[s * n : (s + 1) * n] for s in range(STAGES)), slope]
     for s in range(STAGES + 1, 16):
         inner = [y[i] + h * sum_of(piece, A[s, :s], slopes, i) for i in range(n)]
-        slopes.append(piece.call(entries.rhs, t + h * float(C[s]), [*inner, *y[n:]]))
+        slopes.append(piece.call(entries.rhs, t + h * C[s], [*inner, *y[n:]]))
     rows: list[list] = [[] for _ in range(DEGREE)]
     within, at_ends = 0.0, 0.0
     for i, scale in enumerate(piece.all("scale")):
@@ -190,21 +190,21 @@ def settled(piece: Piece, shape: Shape, entries: Entries, theta, t, of: str = ""
 def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     """The end of a step, with its outputs, unless a contact starts or ends inside it."""
     piece, n = Piece(rows, FINISH), shape.states
-    t, h, y, new = piece.one("t"), piece.one("h"), piece.all("y"), piece.all("new")
+    t, h, y, new = piece["t"], piece["h"], piece.all("y"), piece.all("new")
     polynomial, taken = dense(piece, shape, entries), h >= 0.0
     if shape.contacts:
         event = met_inside(piece, shape, entries, polynomial)
         taken = piece.none(event)
         piece.set(event=piece.flag(event))
         piece.keep(taken, begins=piece.all("ends"))
-    error = piece.largest(piece.one("error"), 1e-10)
+    error = piece.largest(piece["error"], 1e-10)
     now, arrived = advance(piece, shape, taken, error, new, piece.all("slope"))
-    step = grown(piece, h, error, float(ORDER))
+    step = grown(piece, h, error, ORDER)
     piece.keep(taken, step=step, refusals=0.0, refusal=0.0, polynomial=polynomial, last_h=h)
     stuck = count_stiff(piece, taken)
     piece.set(
-        status=piece.choose(stuck, float(status.STIFF), 0.0),
-        phase=piece.choose(arrived | stuck, float(ARRIVED), float(NEXT)),
+        status=piece.choose(stuck, status.STIFF, 0.0),
+        phase=piece.choose(arrived | stuck, ARRIVED, NEXT),
     )
     moved = [piece.choose(taken, v, 0.0) for v in piece.along(polynomial, 0.5, n)]
     middle = [a + b for a, b in zip(y, moved, strict=False)] + new[n:]
@@ -214,7 +214,7 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
 
 def count_stiff(piece: Piece, taken):
     """True where stability has held the method up for many steps."""
-    before = piece.one("stiff"), piece.one("mild")
-    now = piece.formula(control.stiff_steps, piece.one("felt"), *before)
+    before = piece["stiff"], piece["mild"]
+    now = piece.formula(control.stiff_steps, piece["felt"], *before)
     piece.keep(taken, stiff=now[0], mild=now[1])
     return taken & (now[0] >= HELD_UP)

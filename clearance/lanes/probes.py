@@ -25,7 +25,7 @@ def met_inside(piece: Piece, shape: Shape, entries: Entries, polynomial: list):
 
     polynomial: dense output of the step.
     """
-    t, h, y, n = piece.one("t"), piece.one("h"), piece.all("y"), shape.states
+    t, h, y, n = piece["t"], piece["h"], piece.all("y"), shape.states
     places = [p / PROBES for p in range(1, PROBES)]
     moved = (piece.along(polynomial, place, n) for place in places)
     states = ([a + b for a, b in zip(y, way, strict=False)] for way in moved)
@@ -35,13 +35,13 @@ def met_inside(piece: Piece, shape: Shape, entries: Entries, polynomial: list):
     ]
     probes = [piece.all("begins"), *inner, piece.all("ends")]
     piece.set(probes=[v for row in inner for v in row])
-    aimed = piece.one("aimed") > 0.5
+    aimed = piece["aimed"] > 0.5
     return piece.none(aimed) & _meets(piece, shape, probes)
 
 
 def touching(piece: Piece, spot: int):
     """True where a spot is in contact: its impact speed stands in the work vector."""
-    return piece.one("work", spot) > -0.5
+    return piece.at("work", spot) > -0.5
 
 
 def falling(piece: Piece, shape: Shape, finite, ends: list, factor):
@@ -62,7 +62,7 @@ def _meets(piece: Piece, shape: Shape, probes: list[list]):
 
     probes: penetrations and their rates at the step's ends and PROBES - 1 places between.
     """
-    h = piece.one("h")
+    h = piece["h"]
     part, met = h * (1.0 / PROBES), [h < 0.0]
     for k, (kind, i, band) in enumerate(shape.contacts):
         begins, rate = probes[0][2 * k], probes[0][2 * k + 1]

@@ -48,11 +48,15 @@ class Piece:
     def __init__(self, rows: Rows, phase: float | None):
         self.rows, self.trace = rows, Trace()
         self.outputs: dict[int, object] = {}
-        self.on = None if phase is None else self.trace.compare("eq", self.one("phase"), phase)
+        self.on = None if phase is None else self.trace.compare("eq", self["phase"], phase)
 
     # --- rows
-    def one(self, name: str, i: int = 0):
-        """A row as it was."""
+    def __getitem__(self, name: str):
+        """The row of a name as it was."""
+        return self.at(name, 0)
+
+    def at(self, name: str, i: int):
+        """The i-th row of a name as it was."""
         return self.trace.load(f"s[{self.rows.places(name)[i]}]")
 
     def all(self, name: str) -> list:

@@ -90,12 +90,12 @@ def sizes_of_films(
     piece: Piece, shape: Shape, y: list, penetration: list, diagonal: list, damping: list
 ) -> tuple:
     """Natural sizes of all states, and dampings: see `weigh_films` of the loop."""
-    scale, sizes, rtol = piece.all("scale"), [], piece.one("rtol")
+    scale, sizes, rtol = piece.all("scale"), [], piece["rtol"]
     for k, (first, _) in enumerate(shape.films):
-        clearance, pull = piece.one("clearance", k), piece.one("pull", k)
+        clearance, pull = piece.at("clearance", k), piece.at("pull", k)
         gap = piece.largest(-penetration[k], clearance * 1e-15)
         sizes.append(piece.largest(damping[k] * FORGET, *diagonal[2 * k : 2 * k + 2]))
-        for i, usual in enumerate((piece.one("rate_x", k), piece.one("rate_y", k))):
+        for i, usual in enumerate((piece.at("rate_x", k), piece.at("rate_y", k))):
             offset = clearance, gap, y[first + i], rtol
             (scale[first + i],) = piece.formula(control.offset_size, *offset)
             index = shape.coordinates + first + i
@@ -106,13 +106,13 @@ def sizes_of_films(
 
 def first_step(piece: Piece, entries: Entries, rates: list, scale: list, order: float):
     """The first step, from the rates where it begins; scale: natural sizes of the states."""
-    t, y, rtol, n = piece.one("t"), piece.all("y"), piece.one("rtol"), len(scale)
+    t, y, rtol, n = piece["t"], piece.all("y"), piece["rtol"], len(scale)
     f = rates[:n]
     weights = [rtol * (s + abs(v)) for s, v in zip(scale, y, strict=False)]
     size, rate = (
         piece.total((v / w) * (v / w) for v, w in zip(x, weights, strict=True)) for x in (scale, f)
     )
-    h = piece.smallest(piece.one("longest"), piece.sqrt(size / piece.largest(rate, 1e-300)) * 0.01)
+    h = piece.smallest(piece["longest"], piece.sqrt(size / piece.largest(rate, 1e-300)) * 0.01)
     later = piece.call(entries.rhs, t + h, [v + h * r for v, r in zip(y, rates, strict=True)])
     bend = piece.total(
         ((b - a) / w) * ((b - a) / w) for a, b, w in zip(f, later, weights, strict=False)
@@ -120,7 +120,7 @@ def first_step(piece: Piece, entries: Entries, rates: list, scale: list, order: 
     largest = piece.largest(piece.sqrt(rate * (1.0 / n)), piece.sqrt(bend * (1.0 / n)) / h)
     usable = (largest > 0.0) & piece.finite([largest])
     power = piece.trace.binary("pow", 0.01 / largest, 1.0 / (order + 1.0))
-    return piece.choose(usable, piece.smallest(h * 100.0, power, piece.one("longest")), h * 1e-3)
+    return piece.choose(usable, piece.smallest(h * 100.0, power, piece["longest"]), h * 1e-3)
 
 
 def start(rows: Rows, shape: Shape, entries: Entries, order: float, then: int) -> Piece:
@@ -128,7 +128,7 @@ def start(rows: Rows, shape: Shape, entries: Entries, order: float, then: int) -
     that follows.
     """
     piece, n = Piece(rows, START), shape.states
-    t, y = piece.one("t"), piece.all("y")
+    t, y = piece["t"], piece.all("y")
     penetration = piece.call(entries.films, t, y) if shape.films else []
     scale, damping = sizes_of_films(
         piece, shape, y, penetration, [0.0] * 2 * len(shape.films), piece.all("damping")
@@ -136,12 +136,12 @@ def start(rows: Rows, shape: Shape, entries: Entries, order: float, then: int) -
     rates = piece.call(entries.rhs, t, y)
     begun = piece.finite(rates)
     piece.set(f=rates, scale=scale, damping=damping, before=penetration)
-    step = first_step(piece, entries, rates, scale, order) if n else piece.one("longest")
+    step = first_step(piece, entries, rates, scale, order) if n else piece["longest"]
     piece.set(
         step=step,
         base=y[:n],
-        status=piece.choose(begun, 0.0, float(status.NOT_FINITE)),
-        phase=piece.choose(begun, float(then), float(ARRIVED)),
+        status=piece.choose(begun, 0.0, status.NOT_FINITE),
+        phase=piece.choose(begun, then, ARRIVED),
     )
     return piece
 
@@ -150,16 +150,16 @@ def proposed(piece: Piece):
     """The next step, stretched or halved so that the run does not end in a very short one. The
     status is other than 0 where the step is too small.
     """
-    t, end = piece.one("t"), piece.one("end")
+    t, end = piece["t"], piece["end"]
     remaining = end - t
-    (h,) = piece.formula(control.within, piece.one("step"), piece.one("longest"), remaining)
+    (h,) = piece.formula(control.within, piece["step"], piece["longest"], remaining)
     (clock,) = piece.formula(control.resolution, t, end)
     stuck = piece.none(h > clock) & (remaining > h)
-    refusal = piece.one("refusal")
+    refusal = piece["refusal"]
     left_film = refusal > status.OUT_OF_FILM - 0.5
     unsolved = refusal > status.NO_NUMBERS - 0.5
-    reason = piece.choose(unsolved, float(status.NOT_FINITE), float(status.STEP_TOO_SMALL))
-    reason = piece.choose(left_film, float(status.FILM_LEFT), reason)
+    reason = piece.choose(unsolved, status.NOT_FINITE, status.STEP_TOO_SMALL)
+    reason = piece.choose(left_film, status.FILM_LEFT, reason)
     return h, piece.choose(stuck, reason, 0.0)
 
 
@@ -183,7 +183,7 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
     """Accept or refuse a trial step and choose the next; returns where it is accepted, and the time
     at its end.
     """
-    t, h, n = piece.one("t"), piece.one("h"), shape.states
+    t, h, n = piece["t"], piece["h"], shape.states
     states = zip(trial.y[:n], piece.all("y"), strict=False)
     y = [
         piece.choose(trial.solved, a, b) for a, b in states
@@ -209,12 +209,12 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
 
     now, arrived = advance(piece, shape, taken, error, [*trial.y, *trial.ledger], trial.f)
     piece.keep(taken, scale=scale, damping=damping, before=penetration)
-    piece.keep(piece.none(taken), rejected=piece.one("rejected") + 1.0)
+    piece.keep(piece.none(taken), rejected=piece["rejected"] + 1.0)
     piece.set(
-        refusals=piece.choose(taken, 0.0, piece.one("refusals") + 1.0),
+        refusals=piece.choose(taken, 0.0, piece["refusals"] + 1.0),
         refusal=piece.choose(taken, 0.0, reason(piece, trial, accurate, usable)),
         step=step,
-        phase=piece.choose(arrived, float(ARRIVED), float(PREPARE)),
+        phase=piece.choose(arrived, ARRIVED, PREPARE),
     )
     return taken, now
 
@@ -224,7 +224,7 @@ def advance(piece: Piece, shape: Shape, taken, error, y: list, f: list) -> tuple
 
     Returns the time at its end, and where the end of the run or turn is reached.
     """
-    t, h, end = (piece.one(n) for n in ("t", "h", "end"))
+    t, h, end = piece["t"], piece["h"], piece["end"]
     reached = (h >= end - t) | (t + h >= end)
     now = piece.choose(reached, end, t + h)
     piece.keep(
@@ -236,16 +236,16 @@ def advance(piece: Piece, shape: Shape, taken, error, y: list, f: list) -> tuple
         t=now,
         last_step=h,
         last_error=piece.largest(error, 1e-2),
-        steps=piece.one("steps") + 1.0,
+        steps=piece["steps"] + 1.0,
     )
     return now, taken & reached
 
 
 def reason(piece: Piece, trial: Trial, accurate, usable):
     """Number of the reason of a refusal."""
-    unsolved = piece.choose(trial.finite, float(status.TOO_LONG), float(status.NO_NUMBERS))
-    value = piece.choose(accurate, float(status.NO_NUMBERS), unsolved)
-    return piece.choose(usable, float(status.OUT_OF_FILM), value)
+    unsolved = piece.choose(trial.finite, status.TOO_LONG, status.NO_NUMBERS)
+    value = piece.choose(accurate, status.NO_NUMBERS, unsolved)
+    return piece.choose(usable, status.OUT_OF_FILM, value)
 
 
 def refused(piece: Piece, trial: Trial, accurate, usable, order: float):
@@ -254,7 +254,7 @@ def refused(piece: Piece, trial: Trial, accurate, usable, order: float):
     (first,), (again,) = (
         piece.formula(control.reduction, bounded, power) for power in (1.0 / order, DOUBTED)
     )
-    factor = piece.choose(piece.one("refusals") > 0.5, again, first)
+    factor = piece.choose(piece["refusals"] > 0.5, again, first)
     factor = piece.choose(trial.solved, factor, NEWTON_FAILED)
     factor = piece.choose(piece.none(trial.finite), NEWTON_FAILED, factor)
     factor = piece.choose(accurate, NEWTON_FAILED, factor)
@@ -263,9 +263,9 @@ def refused(piece: Piece, trial: Trial, accurate, usable, order: float):
 
 def grown(piece: Piece, h, error, order: float):
     """The step after one that is taken: see `grow` of the loop."""
-    before, last_error = piece.one("last_step"), piece.one("last_error")
-    sizes = error, 1.0 / order, piece.one("effort"), h, before, last_error
+    before, last_error = piece["last_step"], piece["last_error"]
+    sizes = error, 1.0 / order, piece["effort"], h, before, last_error
     (factor,) = piece.formula(control.factor, *sizes)
-    after, rate = piece.one("refusal") > 0.5, piece.one("newton_rate")
+    after, rate = piece["refusal"] > 0.5, piece["newton_rate"]
     (step,) = piece.formula(control.next_step, h, factor, rate, GOOD_RATE, after)
     return step

@@ -79,7 +79,7 @@ def followed(piece: Piece, shape: Shape, h, y: list, stages: list[list]) -> None
     for s in range(STAGES):
         for i in range(p):
             moved = piece.weighted(K.a[s], [stages[j][p + i] for j in range(STAGES)])
-            stages[s][i] = h * (y[p + i] * float(K.c[s]) + moved)
+            stages[s][i] = h * (y[p + i] * K.c[s] + moved)
 
 
 def moved(piece: Piece, shape: Shape, share) -> list:
@@ -120,7 +120,7 @@ def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     """The begin of a run, or of a phase of one."""
     piece = start(rows, shape, entries, ORDER, NEXT)
     if shape.spots:
-        piece.set(begins=piece.call(entries.spots, piece.one("t"), piece.all("y")))
+        piece.set(begins=piece.call(entries.spots, piece["t"], piece.all("y")))
     if shape.contacts:
         piece.set(aimed=0.0, last_step=0.0, predictor=0.0)
     return piece
@@ -131,12 +131,12 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     piece, n, p = Piece(rows, PREPARE), shape.states, shape.coordinates
     h, failed = proposed(piece)
     if shape.contacts:
-        aimed = piece.one("aimed") > 0.5
-        h, failed = piece.choose(aimed, piece.one("h"), h), piece.choose(aimed, 0.0, failed)
-    t, y, rtol = piece.one("t"), piece.all("y"), piece.one("rtol")
+        aimed = piece["aimed"] > 0.5
+        h, failed = piece.choose(aimed, piece["h"], h), piece.choose(aimed, 0.0, failed)
+    t, y, rtol = piece["t"], piece.all("y"), piece["rtol"]
     scale = piece.all("scale")
-    predicted = piece.one("predictor") > 0.5
-    ratio = piece.choose(predicted, h / piece.largest(piece.one("last_h"), 1e-300), 0.0)
+    predicted = piece["predictor"] > 0.5
+    ratio = piece.choose(predicted, h / piece.largest(piece["last_h"], 1e-300), 0.0)
     ahead = [
         a + piece.choose(predicted, b, 0.0)
         for a, b in zip(y, moved(piece, shape, ratio * AHEAD), strict=False)
@@ -149,7 +149,7 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     complex_lu, complex_exchanges = factor(piece, pair)
     stages = [[0.0] * n for _ in range(STAGES)]
     for s in range(STAGES):
-        values = moved(piece, shape, ratio * float(K.c[s]))
+        values = moved(piece, shape, ratio * K.c[s])
         stages[s][p:] = [piece.choose(predicted, v, 0.0) for v in values[p:]]
     followed(piece, shape, h, y, stages)
     transformed = [
@@ -157,7 +157,7 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
         for s in range(STAGES)
         for i in range(p, n)
     ]
-    convergence = piece.largest(piece.one("convergence"), 1e-16)
+    convergence = piece.largest(piece["convergence"], 1e-16)
     piece.set(
         h=h,
         status=failed,
@@ -175,7 +175,7 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
         old=0.0,
         iteration=0.0,
         newton_rate=0.0,
-        phase=piece.choose(failed > 0.0, float(ARRIVED), float(ITERATE)),
+        phase=piece.choose(failed > 0.0, ARRIVED, ITERATE),
     )
     return piece
 
@@ -201,14 +201,14 @@ def read_complex(piece: Piece, shape: Shape) -> tuple[list[list], list]:
 def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     """One iteration of the simplified Newton method."""
     piece, n, p, size = Piece(rows, ITERATE), shape.states, shape.coordinates, shape.rates
-    t, h, y, rtol = piece.one("t"), piece.one("h"), piece.all("y"), piece.one("rtol")
+    t, h, y, rtol = piece["t"], piece["h"], piece.all("y"), piece["rtol"]
     inverse = piece.trace.div(1.0, h)
     old_stages, weight = piece.all("stages"), piece.all("weight")
     stages = [old_stages[s * n : (s + 1) * n] for s in range(STAGES)]
     slopes, powers = [], []
     for s in range(STAGES):
         at = [v + d for v, d in zip(y, stages[s], strict=False)] + y[n:]
-        values = piece.call(entries.rhs, t + h * float(K.c[s]), at)
+        values = piece.call(entries.rhs, t + h * K.c[s], at)
         slopes.append(values[:n])
         powers += values[n:]
     old = piece.all("transformed")
@@ -265,7 +265,7 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
 
 def end_of_step(piece: Piece, shape: Shape, stages: list[list], powers: list) -> tuple:
     """States with the ledger, and rates of the states, at the end of the step."""
-    n, h, y, count = shape.states, piece.one("h"), piece.all("y"), shape.ledger
+    n, h, y, count = shape.states, piece["h"], piece.all("y"), shape.ledger
     inverse = piece.trace.div(1.0, h)
     ledger = [y[n + i] + h * piece.weighted(K.a[-1], powers[i::count]) for i in range(count)]
     slope = [piece.weighted(K.end, [row[i] for row in stages]) * inverse for i in range(n)]
@@ -274,11 +274,11 @@ def end_of_step(piece: Piece, shape: Shape, stages: list[list], powers: list) ->
 
 def judge(piece: Piece, norm, rtol):
     """Go on with the iteration, or end it: converged, or given up; True where it is given up."""
-    iteration, old = piece.one("iteration"), piece.one("old")
+    iteration, old = piece["iteration"], piece["old"]
     tolerance = piece.largest(2e-15 / rtol, NEWTON_TOLERANCE)
     later = iteration > 0.5
     rate = piece.choose(later, norm / piece.largest(old, 1e-300), 0.0)
-    rounds = float(ITERATIONS - 1) - iteration
+    rounds = ITERATIONS - 1 - iteration
     remaining, bound = 1.0, rate
     for bit in (1.0, 2.0, 4.0, 8.0):  # rate to the power of the rounds left
         half = rounds * (0.5 / bit)
@@ -289,7 +289,7 @@ def judge(piece: Piece, norm, rtol):
     hopeless = remaining * norm > tolerance * gap
     finite = piece.finite([norm])
     bad = piece.none(finite) | (later & ((rate >= 1.0) | hopeless))
-    factor_of_rate = piece.choose(later, rate / gap, piece.one("factor"))
+    factor_of_rate = piece.choose(later, rate / gap, piece["factor"])
     settled = piece.none(norm > 0.0) | (factor_of_rate * norm < tolerance)
     converged = piece.none(bad) & settled
     last = iteration > ITERATIONS - 1.5
@@ -301,9 +301,9 @@ def judge(piece: Piece, norm, rtol):
         newton_rate=rate,
         old=norm,
         iteration=iteration + 1.0,
-        phase=piece.choose(ended, float(FINISH), float(ITERATE)),
+        phase=piece.choose(ended, FINISH, ITERATE),
     )
-    most = float(2 * ITERATIONS + 1)
+    most = 2 * ITERATIONS + 1
     piece.keep(converged, effort=SAFETY * most / (iteration + most))
     return ended & piece.none(converged)
 
@@ -314,7 +314,7 @@ def settled(piece: Piece, shape: Shape, entries: Entries, theta, t, of: str = ""
     of: "sample_" for the step of a sample.
     """
     n, p, size = shape.states, shape.coordinates, shape.rates
-    h = piece.one(f"{of}last_h")
+    h = piece[f"{of}last_h"]
     pairs = piece.moving(piece.all(f"{of}polynomial"), theta, n)
     y = [a + b for a, (b, _) in zip(piece.all(f"{of}base"), pairs, strict=True)]
     lu, exchanges = read_real(piece, shape, of)
@@ -335,7 +335,7 @@ def settled(piece: Piece, shape: Shape, entries: Entries, theta, t, of: str = ""
 def error_of(piece: Piece, shape: Shape, f: list, stages: list[list]) -> tuple[list, object]:
     """Error estimate and its norm over tolerance."""
     n, p, size = shape.states, shape.coordinates, shape.rates
-    h, weight, coupling = piece.one("h"), piece.all("weight"), piece.all("coupling")
+    h, weight, coupling = piece["h"], piece.all("weight"), piece.all("coupling")
     inverse, below = piece.trace.div(1.0, h), h * (1.0 / K.real)
     defect = [f[i] + piece.weighted(K.e, [row[i] for row in stages]) * inverse for i in range(n)]
     right = []
@@ -355,7 +355,7 @@ def onset(piece: Piece, shape: Shape, ends: list) -> tuple:
     The loop, too, has such a step end there. Here it ends a little behind: the next would cross
     the place otherwise, or end before it again, and so on.
     """
-    h, begins, met, share = piece.one("h"), piece.all("begins"), [], 1.0
+    h, begins, met, share = piece["h"], piece.all("begins"), [], 1.0
     for k in range(len(shape.gradual)):
         low, rise, high, fall = *begins[2 * k : 2 * k + 2], *ends[2 * k : 2 * k + 2]
         first, second, third = piece.formula(control.cubic, low, rise, high, fall, h)
@@ -371,13 +371,13 @@ def onset(piece: Piece, shape: Shape, ends: list) -> tuple:
         inside = abs(x - 0.5) < 0.5 - NEAR
         met.append((low * high < 0.0) & inside)
         share = piece.choose(met[-1], piece.smallest(share, x * BEHIND), share)
-    return piece.either(*met) & (piece.one("shortened") < SPARED), share
+    return piece.either(*met) & (piece["shortened"] < SPARED), share
 
 
 def tried(piece: Piece, shape: Shape, entries: Entries, stages: list[list]) -> Trial:
     """The step with its error."""
-    n, t, y, f = shape.states, piece.one("t"), piece.all("y"), piece.all("f")
-    solved = piece.one("solved") > 0.5
+    n, t, y, f = shape.states, piece["t"], piece.all("y"), piece.all("f")
+    solved = piece["solved"] > 0.5
     estimate, norm = error_of(piece, shape, f, stages)
     doubtful = piece.on & solved & (norm >= 1.0) & piece.finite([norm])
     again = [a + b for a, b in zip(y, estimate, strict=False)] + y[n:]
@@ -394,7 +394,7 @@ def tried(piece: Piece, shape: Shape, entries: Entries, stages: list[list]) -> T
 def touched(piece: Piece, shape: Shape, entries: Entries, trial: Trial, polynomial: list) -> list:
     """Penetrations at the end of a step, whose trial has it where a contact sets in or ends."""
     if shape.gradual:
-        at_end = piece.one("t") + piece.one("h"), trial.y + piece.all("y")[shape.states :]
+        at_end = piece["t"] + piece["h"], trial.y + piece.all("y")[shape.states :]
         ends = piece.call(entries.spots, *at_end)
         trial.met = onset(piece, shape, ends)
         return ends
@@ -406,7 +406,7 @@ def touched(piece: Piece, shape: Shape, entries: Entries, trial: Trial, polynomi
 def note(piece: Piece, shape: Shape, met, taken) -> None:
     """Keep for the driver, or for the next step, where a contact sets in or ends."""
     if shape.gradual:
-        cut, last = piece.flag(met), piece.one("shortened")
+        cut, last = piece.flag(met), piece["shortened"]
         piece.set(shortened=piece.choose(taken, 0.5 * last, last + cut))
         return
     piece.leave(met, "rejected", "refusals", "refusal")
@@ -417,7 +417,7 @@ def note(piece: Piece, shape: Shape, met, taken) -> None:
 def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     """Error of the step, whether it is taken, outputs at its end."""
     piece, n = Piece(rows, FINISH), shape.states
-    t, h, y, values = piece.one("t"), piece.one("h"), piece.all("y"), piece.all("stages")
+    t, h, y, values = piece["t"], piece["h"], piece.all("y"), piece.all("stages")
     stages = [values[s * n : (s + 1) * n] for s in range(STAGES)]
     trial = tried(piece, shape, entries, stages)
     polynomial = [
@@ -428,9 +428,9 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     if shape.spots:
         piece.keep(taken, begins=ends)
         note(piece, shape, trial.met[0], taken)
-    near = piece.choose(h > piece.one("last_h"), 1.0, 0.0)  # see `radau.advance`
+    near = piece.choose(h > piece["last_h"], 1.0, 0.0)  # see `radau.advance`
     usable = piece.choose(trial.solved, 1.0, near)
-    piece.set(predictor=piece.choose(taken, 1.0, piece.one("predictor") * usable))
+    piece.set(predictor=piece.choose(taken, 1.0, piece["predictor"] * usable))
     piece.keep(taken, polynomial=polynomial, last_h=h)
     moved = [piece.choose(taken, v, 0.0) for v in piece.along(polynomial, 0.5, n)]
     middle = [a + b for a, b in zip(y, moved, strict=False)] + trial.ledger

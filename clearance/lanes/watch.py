@@ -126,7 +126,7 @@ def values_of(piece: Piece, watch: Watch, row: list) -> list:
 
 def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
     """Take in the end of a step; find the quantities that may have an extreme inside it."""
-    width, back, taken = moment.width, piece.one("interval"), moment.taken
+    width, back, taken = moment.width, piece["interval"], moment.taken
     early = piece.none(back > 0.0)
     per_width = piece.trace.div(1.0, piece.largest(width, 1e-300))
     per_back = piece.trace.div(1.0, piece.largest(back, 1e-300))
@@ -137,9 +137,9 @@ def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
     values = zip(values_of(piece, watch, row), values_of(piece, watch, inner), strict=True)
     for k, (q, (value, between)) in enumerate(zip(watch.quantities, values, strict=True)):
         before, last, earlier = (
-            piece.one("value", k),
-            piece.one("next", k),
-            piece.one("last", k),
+            piece.at("value", k),
+            piece.at("next", k),
+            piece.at("last", k),
         )
         best = piece.largest(before, value)
         slope, back_slope = (value - last) * per_width, (last - earlier) * per_back
@@ -149,7 +149,7 @@ def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
         rises = piece.largest(last, value) + abs(value - last) > best
         may = taken & ((early & rises) | bends)
         if not q.always:
-            may &= piece.one("within") > 0.5
+            may &= piece["within"] > 0.5
         if q.searched:
             flags.append(may)
         if q.searched:
@@ -174,13 +174,13 @@ def integrate(piece: Piece, watch: Watch, moment: Moment, row: list, inner: list
     c^2 / (45 A).
     """
     width, taken = moment.width, moment.taken
-    within = taken & (piece.one("within") > 0.5)
+    within = taken & (piece["within"] > 0.5)
     middles = (value for _, value in stepped(piece, watch, inner))
     panels, rough = {}, [piece.none(within)]
-    rtol = piece.one("rtol")
+    rtol = piece["rtol"]
     share = piece.smallest(ROUGH, FINE * rtol * piece.sqrt(rtol))
     for (k, value), middle in zip(stepped(piece, watch, row), middles, strict=True):
-        before, total = piece.one("at_end", k), piece.one("sums", k)
+        before, total = piece.at("at_end", k), piece.at("sums", k)
         panels[k] = panel = width * ((before + 4.0 * middle + value) * (1.0 / 6.0))
         bend = middle - 0.5 * (before + value)
         size = piece.largest(before, middle, value)
@@ -190,7 +190,7 @@ def integrate(piece: Piece, watch: Watch, moment: Moment, row: list, inner: list
         )
     rough = piece.either(*rough)
     for k, panel in panels.items():
-        piece.set_at(k, sums=piece.one("sums", k) + piece.choose(rough, 0.0, panel))
+        piece.set_at(k, sums=piece.at("sums", k) + piece.choose(rough, 0.0, panel))
     piece.set(refine=piece.flag(within & rough))
 
 
@@ -202,7 +202,7 @@ def stepped(piece: Piece, watch: Watch, row: list) -> list[tuple[int, object]]:
 
 def look_first(piece: Piece, entries: Entries, watch: Watch) -> None:
     """Take in the outputs where a phase begins."""
-    row = piece.call(entries.outputs, piece.one("t"), piece.all("y"))
+    row = piece.call(entries.outputs, piece["t"], piece.all("y"))
     values = values_of(piece, watch, row)
     piece.set(next=values, value=map(piece.largest, values, piece.all("value")))
     piece.set(interval=0.0, found=0.0, refine=0.0)
@@ -213,8 +213,8 @@ def look_first(piece: Piece, entries: Entries, watch: Watch) -> None:
 def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch, settled: Callable) -> Piece:
     """Quantities at places inside a step of one run, one in each lane."""
     piece = Piece(rows, None)
-    time = piece.one("inner_time")
-    y = settled(piece, shape, entries, piece.one("inner_theta"), time)
+    time = piece["inner_time"]
+    y = settled(piece, shape, entries, piece["inner_theta"], time)
     row = piece.call(entries.outputs, time, y + piece.all("y")[shape.states :])
     piece.set(seen=values_of(piece, watch, row))
     for k, value in stepped(piece, watch, row):
@@ -225,14 +225,14 @@ def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch, settled: Ca
 def sample(rows: Rows, shape: Shape, entries: Entries, watch: Watch, settled: Callable) -> Piece:
     """Outputs at samples of one run, one in each lane: sums over samples, and what is tracked."""
     piece = Piece(rows, None)
-    time = piece.one("sample_time")
-    y = settled(piece, shape, entries, piece.one("sample_theta"), time, "sample_")
+    time = piece["sample_time"]
+    y = settled(piece, shape, entries, piece["sample_theta"], time, "sample_")
     row = piece.call(entries.samples, time, y + piece.all("y")[shape.states :])
-    ideal, mine, share = piece.all("given"), piece.all("own"), piece.one("share")
+    ideal, mine, share = piece.all("given"), piece.all("own"), piece["share"]
     for k, reduction in enumerate(watch.reductions):
         if reduction.stepped:
             continue
-        value, before = reduction.value(piece, row, ideal, mine), piece.one("sums", k)
+        value, before = reduction.value(piece, row, ideal, mine), piece.at("sums", k)
         after = before + share * value
         if not reduction.mean:
             larger = piece.largest(before, value)
