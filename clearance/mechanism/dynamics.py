@@ -30,6 +30,19 @@ from clearance.scene.scene import Scene
 from clearance.tracing.trace import Trace, Value, is_zero
 
 
+def product(a, b):
+    """Sum of products of two twists or wrenches, structural zeros left out."""
+    total = 0.0
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total
+
+
+def added(a, b) -> tuple:
+    """Sum of two twists or wrenches."""
+    return tuple(x + y for x, y in zip(a, b, strict=True))
+
+
 @dataclass
 class Work:
     """Adds up the effects of `Element.act`; k: kinematics, rates: along the real motion.
@@ -61,14 +74,13 @@ class Work:
     def add(self, body, x=0.0, y=0.0, moment=0.0) -> None:
         """A wrench on a body about its centre of mass."""
         if body is not ground:
-            old = self.wrench.get(body, ZERO)
-            self.wrench[body] = (old[0] + x, old[1] + y, old[2] + moment)
+            self.wrench[body] = added(self.wrench.get(body, ZERO), (x, y, moment))
 
     def add_across(self, body, z=0.0, moment_x=0.0, moment_y=0.0) -> None:
         """Force z and moments x, y out of the plane, about a body's centre of mass."""
         if body is not ground:
-            old = self.across.get(body, ZERO)
-            self.across[body] = (old[0] + z, old[1] + moment_x, old[2] + moment_y)
+            wrench = z, moment_x, moment_y
+            self.across[body] = added(self.across.get(body, ZERO), wrench)
 
     def add_at(self, body, arm, x, y, z=0.0) -> None:
         """A force at an arm (x, y, z) from the centre of mass."""
@@ -221,14 +233,6 @@ def _refuse(body, joints: list) -> None:
 LONG = 5
 
 
-def product(a, b):
-    """Sum of products of two twists or wrenches, structural zeros left out."""
-    total = 0.0
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total
-
-
 def times(matrix: list, twist) -> tuple:
     """A symmetric matrix times a twist."""
     return tuple(product(row, twist) for row in matrix)
@@ -251,7 +255,7 @@ class Link:
     def acceleration(self, parent: tuple) -> tuple:
         """The body's, from its parent's."""
         moved = tuple(product(row, parent) for row in zip(*self.carried, strict=True))
-        result = tuple(m + r for m, r in zip(moved, self.rest, strict=True))
+        result = added(moved, self.rest)
         if self.axis is None:
             return result
         rate = (self.load - product(self.pushed, moved)) * self.inverse
@@ -296,9 +300,8 @@ class Folded:
             ]
             for i, row in enumerate(self.inertia[parent])
         ]
-        self.wrench[parent] = tuple(
-            w + product(c, force) for w, c in zip(self.wrench[parent], link.carried, strict=True)
-        )
+        on_parent = (product(c, force) for c in link.carried)
+        self.wrench[parent] = added(self.wrench[parent], on_parent)
 
 
 def long_branches(plan: Plan) -> list[Attachment]:
@@ -450,11 +453,8 @@ class Dynamics:
         speeds = solve_blocks(self.trace, mass_matrix, load)
         result = {ground: ZERO}
         for body in branches.inertia:
-            result[body] = tuple(
-                bias[body][axis]
-                + self.trace.sum(c[body][axis] * s for c, s in zip(columns, speeds, strict=True))
-                for axis in range(3)
-            )
+            moved = (product([c[body][axis] for c in columns], speeds) for axis in range(3))
+            result[body] = added(bias[body], moved)
         for link in reversed(branches.links):
             result[link.attachment.body] = link.acceleration(result[link.attachment.parent])
         return result
@@ -514,9 +514,6 @@ class Dynamics:
     def _flat_arms(self, joint) -> tuple:
         return tuple(arm[:2] for arm in self.kinematics.arms(joint))
 
-    def _along(self, twist, wrench):
-        return self.trace.sum(t * w for t, w in zip(twist, wrench, strict=True))
-
     def _close(self, index: int, group, rest: Work, result: Reactions) -> None:
         """Forces of closing joints, from the work that the open loops' bodies would do."""
         effects = self.propagation.effects(index, group)
@@ -541,7 +538,7 @@ class Dynamics:
         for body in joint.bodies():
             columns = [Rates(self.kinematics, {body: unit}).residual(joint) for unit in UNITS]
             wrench[body] = tuple(
-                self._along([r.a for r in column], multipliers.values()) for column in columns
+                product([r.a for r in column], multipliers.values()) for column in columns
             )
             rest.add(body, *wrench[body])
         a, b = joint.bodies()
@@ -564,13 +561,13 @@ class Dynamics:
         turn = None
         for c in (c for c in attachment.coordinates if c.source == "drive"):
             twist = Rates(self.kinematics, second={c.place: 1.0}).carried(attachment)
-            result.efforts[c.drive] = -self._along(twist, load)
+            result.efforts[c.drive] = -product(twist, load)
             turn = result.efforts[c.drive] if c.what == TURN else None
         if joint is None:
             return
         if parent is not ground:
             carried = (Rates(self.kinematics, {parent: unit}).carried(attachment) for unit in UNITS)
-            rest.add(parent, *(self._along(twist, load) for twist in carried))
+            rest.add(parent, *(product(twist, load) for twist in carried))
         sign = joint.sign(body)
         fx, fy = -sign * load[0], -sign * load[1]
         if turn is None:
