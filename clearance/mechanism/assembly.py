@@ -21,7 +21,7 @@ from clearance.elements.joint import FREE, RELATIVE, TURN, Joint
 from clearance.mechanism.kinematics import Geometry
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import closed_plan
-from clearance.scene.scene import Scene, counterparts
+from clearance.scene.scene import Scene
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import evaluated
 from clearance.values.algebra import least_squares, product, solutions
@@ -89,18 +89,6 @@ class Start:
     def coordinate(self, target: Body | Joint) -> float:
         """Start value of the coordinate of a drive's target."""
         return self.value(place_of(target))[0]
-
-    def followed(self, before: Scene, after: Scene) -> "Start":
-        """The same start for a scene of the same structure."""
-        new = counterparts(before, after)
-        return Start(
-            {new[b]: pose for b, pose in self.pose.items()},
-            {new[b]: rate for b, rate in self.velocity.items()},
-            self.size,
-            self.farthest,
-            tuple(new[j] for j in self.measured),
-            {(new[j], axis): value for (j, axis), value in self.relative.items()},
-        )
 
 
 def place_of(target: Body | Joint) -> tuple:

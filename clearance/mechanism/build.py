@@ -20,7 +20,7 @@ from clearance.mechanism.loops import check_reach, mode
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.structure import Layout, Structure, Tracing, marked, named
 from clearance.mechanism.topology import Plan, closed_plan, cut_plan, opens
-from clearance.scene.scene import Scene, counterparts
+from clearance.scene.scene import Scene, counterparts, exchanged
 from clearance.tracing.trace import Trace
 from clearance.values.spots import BLENDED
 
@@ -320,10 +320,9 @@ def _shared(memory: dict, key: tuple, make: Callable):
 def _traced(scene: Scene, plan: Plan, cut: Plan, measured: tuple, ledger: bool) -> Structure:
     """The structure of a scene, with marks for the names of its parts."""
     nameless = marked(scene)
-    new = counterparts(scene, nameless)
-    followed = plan.followed(new), cut.followed(new), tuple(new[j] for j in measured)
+    way = exchanged((plan, cut, measured), counterparts(scene, nameless))
     try:
-        return Tracing(nameless, Numbers(nameless), *followed, ledger).structure()
+        return Tracing(nameless, Numbers(nameless), *way, ledger).structure()
     except Exception as error:
         names = [p.name for p in scene.parts]
         error.args = tuple(named(a, names) if isinstance(a, str) else a for a in error.args)
@@ -343,8 +342,7 @@ def _plans(scene: Scene, numbers: Numbers, measured: tuple) -> tuple[Plan, Plan,
 
     before, plans, way = _shared(_planned, key, planned)
     if before is not scene:
-        new = counterparts(before, scene)
-        plans = [plan.followed(new) for plan in plans]
+        plans = exchanged(plans, counterparts(before, scene))
     return *plans, way
 
 
@@ -370,7 +368,7 @@ def changed(mechanism: Mechanism, changes: dict[str, float], time: float = 0.0) 
         values[start] += (old[speed] - new[speed]) * time
     sources = _sources(scene)
     par = _parameters(mechanism.structure, values, sources)
-    start = mechanism.start.followed(mechanism.scene, scene)
+    start = exchanged(mechanism.start, counterparts(mechanism.scene, scene))
     return replace(mechanism, scene=scene, start=start, par=par, sources=_films(sources))
 
 
@@ -411,10 +409,10 @@ def _check_friction(scene: Scene, structure: Structure) -> None:
 
 def _sources(scene: Scene) -> dict:
     """(element, field) -> what its law reads, of laws with data."""
-    laws = {(e, f.name): getattr(e, f.name) for e in scene.elements for f in fields(e)}
+    laws = ((e, f.name, getattr(e, f.name)) for e in scene.elements for f in fields(e))
     return {
         (element, name): law.source(element.facts_for(name))
-        for (element, name), law in laws.items()
+        for element, name, law in laws
         if isinstance(law, BoundLaw) and isinstance(law.law, DataLaw)
     }
 

@@ -139,12 +139,6 @@ class Coordinate:
     def label(self) -> str:
         return f"{self.place[0].name} {self.what}"
 
-    def followed(self, new: Mapping) -> "Coordinate":
-        """The same coordinate of other parts, see `Plan.followed`."""
-        return Coordinate(
-            self.source, new[self.body], self.what, new.get(self.joint), new.get(self.drive)
-        )
-
 
 @dataclass(frozen=True)
 class Attachment:
@@ -156,11 +150,6 @@ class Attachment:
     parent: Body
     joint: object | None
     coordinates: tuple[Coordinate, ...]
-
-    def followed(self, new: Mapping) -> "Attachment":
-        """The same attachment of other parts, see `Plan.followed`."""
-        coordinates = tuple(c.followed(new) for c in self.coordinates)
-        return Attachment(new[self.body], new[self.parent], new.get(self.joint), coordinates)
 
 
 @dataclass(frozen=True)
@@ -184,11 +173,6 @@ class Group:
 
     def label(self) -> str:
         return "+".join(a.body.name for a in self.attachments)
-
-    def followed(self, new: Mapping) -> "Group":
-        """The same group of other parts, see `Plan.followed`."""
-        attachments = tuple(a.followed(new) for a in self.attachments)
-        return Group(attachments, tuple(new[j] for j in self.closures), self.form)
 
 
 @dataclass
@@ -219,12 +203,6 @@ class Plan:
             )
             for group in self.groups
         )
-
-    def followed(self, new: Mapping) -> "Plan":
-        """The same plan for a scene whose parts are others; new: the part of that scene for each of
-        this one.
-        """
-        return Plan([group.followed(new) for group in self.groups])
 
     @property
     def free(self) -> list[Coordinate]:

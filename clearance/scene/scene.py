@@ -297,6 +297,19 @@ def counterparts(before: Scene, after: Scene) -> dict[Body | Element, Body | Ele
     return dict(zip(before.parts, after.parts, strict=True)) | {ground: ground}
 
 
+def exchanged(value: Any, new: Mapping[Body | Element, Body | Element]) -> Any:
+    """A plan, a start or another value with parts of a scene in it, exchanged for others."""
+    if type(value) in (str, float, type(None)):
+        return value
+    if isinstance(value, (Body, Element)):
+        return new[value]
+    if isinstance(value, (tuple, list)):
+        return type(value)([exchanged(v, new) for v in value])
+    if isinstance(value, dict):
+        return {exchanged(k, new): exchanged(v, new) for k, v in value.items()}
+    return type(value)(**{n: exchanged(v, new) for n, v in vars(value).items()})
+
+
 def _changed(part: Part, changes: dict[str, float]) -> Part:
     """A part with the numbers that stand under its name; they are taken out of the changes."""
     values: dict[str, Any] = {}
