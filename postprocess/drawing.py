@@ -39,6 +39,9 @@ FURTHER = (1.0, 1.8)
 #: [pt]
 LETTER, SPACING = (1.35, 0.62), 4.0
 BOLD = {"color": "tab:red", "lw": 1.4}
+#: colour of forces, and the length of their arrows over the mechanism's size
+FORCE, ARROW = "tab:purple", 0.11
+FORCES = ("Force", "FollowerForce")
 #: pitch of drawn teeth over the mechanism's size, their height over the pitch, and the places of a
 #: tooth along it and across it
 PITCH, TEETH = 0.045, 0.35
@@ -264,14 +267,29 @@ class Slide:
         return self.at[:, None] + signs[:, :1] * along + signs[:, 1:] * across
 
 
+def _round() -> np.ndarray:
+    """A round arrow of radius 1 about the origin, counterclockwise, (n, 2)."""
+    angle = np.linspace(-0.5, 3.4, 30)[:, None]
+    arc = np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
+    return np.concatenate([arc, arc[-1] + [(0.24, 0.16), (0.0, 0.0), (-0.24, 0.24)]])
+
+
+ROUND = _round()
+
+
+def _sign(amount: float | dict) -> float:
+    """Sign of a number; 1 for a law of time."""
+    return float(np.sign(amount)) if np.isscalar(amount) else 1.0
+
+
 class Drawing:
     """A mechanism on axes in mm, as artists that `show` moves from one time of its motion to
     another.
 
     low, high: corners (2,) [mm] of what it sweeps over all times; rings: the circles of the
-    clearance joints; moving: artists, what sets them, and what it is given at each time; drawn:
-    paths of lines and faces [mm]; room: where names may go, None where they keep to their first
-    places.
+    clearance joints; arrows: begin and head of those of forces, by name; moving: artists, what sets
+    them, and what it is given at each time; drawn: paths of lines and faces [mm]; room: where names
+    may go, None where they keep to their first places.
     """
 
     def __init__(self, motion: Motion, axes):
@@ -284,7 +302,7 @@ class Drawing:
             None,
         )
         self.low, self.high = np.full(2, np.inf), np.full(2, -np.inf)
-        scene = motion.scene
+        scene, self.arrows = motion.scene, {}
         self.bodies = {b["name"]: outline(scene, b) for b in scene["bodies"]}
         slides = (j for j in scene["joints"] if j["type"] in SLIDES)
         self.slides = {j["name"]: Slide(motion, j, self.bodies) for j in slides}
@@ -312,6 +330,11 @@ class Drawing:
         for joint in scene["joints"]:
             self._joint(joint)
         self._drives()
+        for load in scene["loads"]:
+            if load["type"] in FORCES:
+                self._force(load)
+            elif load["type"] == "Torque":
+                self._torque(load)
 
     def show(self, k: int) -> None:
         """Move everything to time `k` of the motion."""
@@ -532,16 +555,35 @@ class Drawing:
         hinges = (j for j in joints.values() if j["type"] not in SLIDES)
         return next((j for j in hinges if {e["body"] for e in ends(j)} == {target, "ground"}), None)
 
+    def _force(self, load: dict) -> None:
+        """An arrow from the point of a force; of a law of time in its positive direction."""
+        x, y = (load[axis] for axis in "xy")
+        along = np.array([x, y] if all(np.isscalar(v) for v in (x, y)) else [_sign(x), _sign(y)])
+        if not along.any():
+            return
+        along = along / np.hypot(*along)
+        shape = np.array([(0.0, 0.0), (1.0, 0.0), (0.7, -0.15), (1.0, 0.0), (0.7, 0.15)])
+        shape = shape @ np.array([along, (-along[1], along[0])])
+        frame = "ground" if load["type"] == "Force" else load["point"]["body"]
+        arrow = ARROW * self.size * self.motion.turned(frame, shape)
+        path = self.motion.end(load["point"])[:, None] + arrow
+        self.line(path, color=FORCE, lw=1.6, zorder=8)
+        self.arrows[load.get("name")] = path[:, 0], path[:, 1]
+
+    def _torque(self, load: dict) -> None:
+        """A round arrow about the centre of mass of the body, which turns with it."""
+        arc = ROUND * ((-1.0 if _sign(load["torque"]) < 0.0 else 1.0), 1.0)
+        around = self.motion.coms[load["body"]] + 0.5 * ARROW * self.size * arc
+        path = self.motion.points(load["body"], around)
+        self.line(path, color=FORCE, lw=1.6, zorder=8)
+
     def _round_arrow(self, joint: dict, radius: float) -> None:
         """In the sense in which the hinge turns over all times."""
-        angle = np.linspace(-0.5, 3.4, 30)[:, None]
-        arc = np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
-        arc = np.concatenate([arc, arc[-1] + [(0.24, 0.16), (0.0, 0.0), (-0.24, 0.24)]])
         mirror = (
             -1.0 if self._turn(joint["b"]["body"]) < self._turn(joint["a"]["body"]) else 1.0,
             1.0,
         )
-        path = self.motion.end(joint["b"])[:, None] + radius * arc * mirror
+        path = self.motion.end(joint["b"])[:, None] + radius * ROUND * mirror
         self.line(path, color=EDGE, lw=1.2, zorder=7)
 
     def _turn(self, body: str) -> float:
@@ -687,6 +729,14 @@ def name_bodies(drawing: Drawing, k: int) -> None:
         drawing.name(body, places, across, distance, fontsize=8, color="0.35", style="italic")
 
 
+def name_forces(drawing: Drawing, k: int) -> None:
+    """Names at the heads of the arrows of forces."""
+    for name, (begin, head) in drawing.arrows.items():
+        if name:
+            style = {"fontsize": 8, "color": FORCE}
+            drawing.name(name, [head], head[k] - begin[k], 9.0, **style)
+
+
 def trace(drawing: Drawing) -> None:
     """Paths of the bodies' points over all times, bold that of the point that a force acts on, else
     of the last body that has one which moves.
@@ -745,6 +795,7 @@ def sketch(record: Record, path: str | Path, *, at: float = 0.0, trails: bool = 
             )
     name_joints(drawing, k)
     name_bodies(drawing, k)
+    name_forces(drawing, k)
     drawing.show(k)
     width, height = frame(drawing)
     figure.set_size_inches(8.0, np.clip(PAPER[0] * height / width + 1.2, 3.0, PAPER[1] + 1.2))

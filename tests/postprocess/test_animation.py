@@ -132,7 +132,21 @@ def gears():
     )
 
 
+def blown():
+    """An arm with a torque, a force along the ground, one that turns with it, and none at all."""
+    arm = cl.Body("arm", 1.0, 1e-2, points={"o": (0, 0), "e": (0.3, 0)}, com=(0.1, 0), angle=0.4)
+    return cl.Scene(
+        cl.Revolute(cl.ground, arm["o"], name="O"),
+        cl.Force(arm["e"], x=-3.0, name="wind"),
+        cl.FollowerForce(arm["e"], y=1.0, name="jet"),
+        cl.Force(arm["e"], name="none"),
+        cl.Torque(arm, torque=-0.5, name="twist"),
+        name="blown",
+    )
+
+
 SCENES = {
+    "blown": (blown, {"until": 0.5}),
     "crowded": (crowded, {"turns": 0.5}),
     "tripod": (tripod, {"until": 0.5}),
     "actuator": (mechanisms.actuator, {"until": 0.5}),
@@ -152,7 +166,7 @@ SCENES = {
 }
 #: mechanisms that no other test looks at, and all others
 ALONE = "pendulum", "reversed_arm", "pushed_four_bar", "wheel", "gears"
-DRAWN = ["tripod", "feeder", "slider_crank", "springs"]
+DRAWN = ["tripod", "feeder", "slider_crank", "springs", "blown"]
 DRAWN += [n for n in SCENES if n not in {*ALONE, *DRAWN, "crowded"}] + ["crowded"]
 
 
@@ -396,7 +410,9 @@ def test_names_do_not_hide_each_other(name, run, gallery, tmp_path):
     figure = gallery.last
     figure.canvas.draw()
     names = {t.get_text(): t.get_window_extent() for t in figure.axes[0].texts}
-    assert len(names) == len(run(name).scene["joints"]) + len(run(name).scene["bodies"])
+    scene = run(name).scene
+    pushed = sum(load["type"] == "Force" for load in scene["loads"])
+    assert len(names) == len(scene["joints"]) + len(scene["bodies"]) + pushed
     for a, b in itertools.combinations(names, 2):
         assert not names[a].overlaps(names[b]), (a, b)
 
@@ -411,6 +427,26 @@ def test_round_arrows_turn_as_the_joints_do(run):
         x, y = (v[:30] for v in arrow.get_data())
         turned = np.unwrap(np.arctan2(y - y.mean(), x - x.mean()))
         assert np.sign(turned[-1] - turned[0]) == sense
+
+
+def test_arrows_of_forces_point_where_they_push(run):
+    """One keeps the direction of the ground, one turns with its body; a force of zero has none. The
+    arrow of a negative torque turns clockwise.
+    """
+    result = run("blown")
+    drawn, times = stage(result)
+    assert set(drawn.arrows) == {"wind", "jet"}
+    for name in drawn.arrows:
+        begin, head = drawn.arrows[name]
+        np.testing.assert_allclose(begin, drawn.motion.end(result.scene["loads"][0]["point"]))
+        angle = np.arctan2(*(head - begin).T[::-1])
+        turned = np.interp(times, result.time, result["arm"].theta) + 0.5 * np.pi
+        wanted = np.full(len(times), np.pi) if name == "wind" else turned
+        np.testing.assert_allclose(np.exp(1j * angle), np.exp(1j * wanted), atol=1e-3)
+    (twist,) = (line for line in drawn.axes.lines if len(line.get_xydata()) == len(drawing.ROUND))
+    x, y = twist.get_xydata()[:30].T
+    sense = np.unwrap(np.arctan2(y - y.mean(), x - x.mean()))
+    assert sense[-1] < sense[0]
 
 
 def test_arrows_of_neighbouring_drives_stay_apart(run):
