@@ -24,6 +24,7 @@ from clearance.elements.body import ABSOLUTE, Body, ground
 from clearance.elements.declared import blamed
 from clearance.elements.joint import RELATIVE, TURN
 from clearance.mechanism.kinematics import UNITS, ZERO, Propagation, Rates
+from clearance.mechanism.loops import of_solution
 from clearance.mechanism.motion import Motion
 from clearance.mechanism.topology import Attachment, Plan
 from clearance.scene.scene import Scene
@@ -591,21 +592,9 @@ def solve_blocks(trace: Trace, matrix: dict, right: list) -> list:
     lower, inverse = _factors(matrix, len(right))
     solution = _backwards(lower, inverse, right)
 
-    def tangents(inputs: list) -> list:
-        entries, sides = dict(zip(matrix, inputs, strict=False)), inputs[len(matrix) :]
-        rows: list[dict] = [{} for _ in right]
-        for column in sorted({c for t in inputs for c in t}):
-            change = [side.get(column, 0.0) for side in sides]
-            for (i, j), slope in entries.items():
-                d = slope.get(column, 0.0)
-                change[i] = change[i] - d * solution[j]
-                if i != j:
-                    change[j] = change[j] - d * solution[i]
-            for row, value in zip(rows, _backwards(lower, inverse, change), strict=True):
-                row[column] = value
-        return rows
-
-    trace.follow(solution, [*matrix.values(), *right], tangents)
+    entries = [dict.fromkeys([(i, j), (j, i)]) for i, j in matrix]
+    rule = of_solution(solution, entries, lambda change: _backwards(lower, inverse, change))
+    trace.follow(solution, [*matrix.values(), *right], rule)
     return solution
 
 

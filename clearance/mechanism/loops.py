@@ -4,6 +4,7 @@ kernel.
 
 import itertools
 import math
+from collections.abc import Callable
 from functools import lru_cache
 
 from clearance.elements.joint import ACROSS, ALONG, TURN
@@ -22,20 +23,30 @@ def solve(trace: Trace, matrix: list[list], right: list) -> list:
     if size == 1:
         return [right[0] / matrix[0][0]]
     solution = _solved(trace, matrix, right)
+    entries = [[place] for place in itertools.product(range(size), range(size))]
+    rule = of_solution(solution, entries, lambda change: _solved(trace, matrix, change))
+    trace.follow(solution, [*(v for row in matrix for v in row), *right], rule)
+    return solution
+
+
+def of_solution(solution: list, entries: list, solved: Callable) -> Callable:
+    """Tangents of the solution of A x = b from those of numbers of A, then of b: A dx = db - dA x.
+
+    entries: places (i, j) of each of these numbers in A; solved: gives a solution for another b.
+    """
 
     def tangents(inputs: list) -> list:
-        """A dx = db - dA x."""
-        rows: list[dict] = [{} for _ in range(size)]
+        rows: list[dict] = [{} for _ in solution]
         for column in sorted({c for t in inputs for c in t}):
-            change = [inputs[size * size + i].get(column, 0.0) for i in range(size)]
-            for i, j in itertools.product(range(size), range(size)):
-                change[i] = change[i] - inputs[i * size + j].get(column, 0.0) * solution[j]
-            for row, value in zip(rows, _solved(trace, matrix, change), strict=True):
+            change = [side.get(column, 0.0) for side in inputs[len(entries) :]]
+            for places, slope in zip(entries, inputs, strict=False):
+                for i, j in places:
+                    change[i] = change[i] - slope.get(column, 0.0) * solution[j]
+            for row, value in zip(rows, solved(change), strict=True):
                 row[column] = value
         return rows
 
-    trace.follow(solution, [*(v for row in matrix for v in row), *right], tangents)
-    return solution
+    return tangents
 
 
 def _solved(trace: Trace, matrix: list[list], right: list) -> list:
@@ -244,25 +255,20 @@ def mode(k, group) -> float:
         t = k.joint_point(pin, pin.side(first.body))
         dx, dy = q[0] + shift[0] - p[0], q[1] + shift[1] - p[1]
         value = dx * (t[1] - p[1]) - dy * (t[0] - p[0])
-    elif group.form == "RRP":
-        hinge, slide = _hinge_and_slide(group)
-        sign = slide.joint.sign(slide.body)
-        dx, dy = k.axis(slide.joint, slide.parent)
-        p, t = (
-            k.pin(hinge.joint, hinge.joint.side(hinge.body)),
-            k.joint_point(pin, pin.side(hinge.body)),
-        )
-        value = sign * (dx * (t[0] - p[0]) + dy * (t[1] - p[1]))
     else:
-        hinge, slide = group.attachments
+        hinge, slide = _hinge_and_slide(group)
         dx, dy = k.axis(slide.joint, slide.parent)
-        p, t = k.pin(hinge.joint, hinge.joint.side(hinge.body)), k.pin(pin, pin.side(slide.body))
-        value = dx * (t[0] - p[0]) + dy * (t[1] - p[1])
+        p = k.pin(hinge.joint, hinge.joint.side(hinge.body))
+        if group.form == "RRP":
+            sign, t = slide.joint.sign(slide.body), k.joint_point(pin, pin.side(hinge.body))
+        else:
+            sign, t = 1.0, k.pin(pin, pin.side(slide.body))
+        value = sign * (dx * (t[0] - p[0]) + dy * (t[1] - p[1]))
     return 1.0 if value >= 0.0 else -1.0
 
 
 def _hinge_and_slide(group) -> tuple:
-    """The attachments of a dyad RRP."""
+    """The attachments of a dyad with a slide."""
     return tuple(sorted(group.attachments, key=lambda a: a.joint.slides))
 
 
@@ -320,7 +326,7 @@ def solve_by_newton(k, group) -> None:
 def _residuals(k, group, inside: SubTrace, unknowns: list) -> list:
     """The loop equations of a group, on the inside."""
     value = inside.value
-    places = [c.place for a in group.attachments for c in a.coordinates]
+    places = [c.place for c in group.coordinates]
     coordinate = {key: value(k.coordinate[key]) for key in places if key in k.coordinate}
     coordinate |= {c.place: v for c, v in zip(group.unknowns, unknowns, strict=True)}
     joints = [*(a.joint for a in group.attachments), *group.closures]

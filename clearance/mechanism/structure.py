@@ -441,14 +441,7 @@ class Tracing:
         """Value (0), rate (1) or second rate (2) of each prescribed coordinate of a plan, by
         place.
         """
-        coordinates = [
-            c
-            for g in plan.groups
-            for a in g.attachments
-            for c in a.coordinates
-            if c.source == "drive"
-        ]
-        return {c.place: self.driven[c.drive][order] for c in coordinates}
+        return {c.place: self.driven[c.drive][order] for c in plan.of("drive")}
 
     def _input_power(self):
         power = self.work.input_power

@@ -163,13 +163,18 @@ class Group:
     form: str = "tree"  # tree | RRR | RRP | RPR | newton
 
     @property
+    def coordinates(self) -> list[Coordinate]:
+        """Coordinates of all its bodies."""
+        return [c for a in self.attachments for c in a.coordinates]
+
+    @property
     def unknowns(self) -> list[Coordinate]:
-        return [c for a in self.attachments for c in a.coordinates if c.source == "unknown"]
+        return [c for c in self.coordinates if c.source == "unknown"]
 
     @property
     def given(self) -> list[Coordinate]:
         """Coordinates that are free or prescribed."""
-        return [c for a in self.attachments for c in a.coordinates if c.source != "unknown"]
+        return [c for c in self.coordinates if c.source != "unknown"]
 
     def label(self) -> str:
         return "+".join(a.body.name for a in self.attachments)
@@ -194,25 +199,19 @@ class Plan:
             (
                 group.form,
                 tuple((at(a.body), at(a.parent), at(a.joint)) for a in group.attachments),
-                tuple(
-                    (c.source, at(c.place[0]), c.what)
-                    for a in group.attachments
-                    for c in a.coordinates
-                ),
+                tuple((c.source, at(c.place[0]), c.what) for c in group.coordinates),
                 tuple(map(at, group.closures)),
             )
             for group in self.groups
         )
 
+    def of(self, source: str) -> list[Coordinate]:
+        """Coordinates of one source, in order."""
+        return [c for group in self.groups for c in group.coordinates if c.source == source]
+
     @property
     def free(self) -> list[Coordinate]:
-        return [
-            c
-            for g in self.groups
-            for a in g.attachments
-            for c in a.coordinates
-            if c.source == "free"
-        ]
+        return self.of("free")
 
 
 def closed_plan(scene: Scene, measured: tuple = ()) -> Plan:
@@ -273,7 +272,7 @@ class _Planner:
             self.known |= placed
             self.sharing.place(placed)
         self._check_joints(plan)
-        used = {c.drive for g in plan.groups for a in g.attachments for c in a.coordinates}
+        used = {c.drive for c in plan.of("drive")}
         for drive in (*self.angle_of.values(), *self.driven.values()):
             if drive not in used:
                 raise ValueError(
