@@ -47,7 +47,7 @@ class PieceLowering(Lanes):
             build.store(self.number(value), self.place("inputs", i), align=8)
         arrays = self.arrays
         build.call(kernel, [time, inputs, arrays["par"], arrays["work"], outputs, arrays["data"]])
-        result = ir.Constant(self.structure(function.count), ir.Undefined)
+        result = self.structure(function.count)(ir.Undefined)
         for i in range(function.count):
             result = build.insert_value(result, self.load("outputs", i), i)
         return result
@@ -55,7 +55,7 @@ class PieceLowering(Lanes):
     def _room(self, count: int) -> ir.Value:
         """Room for so many numbers of all lanes."""
         with self.builder.goto_entry_block():
-            room = self.builder.alloca(DOUBLE, ir.Constant(INT64, max(count, 1) * self.width))
+            room = self.builder.alloca(DOUBLE, INT64(max(count, 1) * self.width))
             room.align = 8 * self.width
             return room
 
@@ -194,16 +194,16 @@ def copy(
     lane = ir.VectorType(DOUBLE, width)
     for source, target in places.items():
         origin, destination = (
-            builder.gep(argument, [ir.Constant(INT64, row * width)])
+            builder.gep(argument, [INT64(row * width)])
             for argument, row in zip(function.args, (source, target), strict=True)
         )
         value = builder.load(origin)
         if spread:
-            value = builder.insert_element(ir.Constant(lane, ir.Undefined), value, INT64(0))
+            value = builder.insert_element(lane(ir.Undefined), value, INT64(0))
             value = builder.shuffle_vector(
                 value,
-                ir.Constant(lane, ir.Undefined),
-                ir.Constant(ir.VectorType(INT32, width), [0] * width),
+                lane(ir.Undefined),
+                ir.VectorType(INT32, width)([0] * width),
             )
             destination = builder.bitcast(destination, lane.as_pointer())
         builder.store(value, destination, align=8)
@@ -225,6 +225,6 @@ def write(module: ir.Module, name: str, piece: Piece, rows: Rows, width: int, ca
     state, data = function.args
     arrays = {"s": state, "data": data}
     for part in ("par", "work"):
-        arrays[part] = builder.gep(state, [ir.Constant(INT64, rows.first[part] * width)])
+        arrays[part] = builder.gep(state, [INT64(rows.first[part] * width)])
     PieceLowering(builder, arrays, width, calls).fill(piece)
     builder.ret_void()

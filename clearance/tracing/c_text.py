@@ -21,15 +21,7 @@ def value(number) -> str:
 class CWriter(Writer):
     """C statements of schedules. Values that leave a branch are declared before it."""
 
-    def __init__(self, functions: list, slots: dict | None = None, names: dict | None = None):
-        super().__init__([], slots, names)
-        for function in functions:
-            self.called[function] = self._free_name(function.name)
-
-    def _free_name(self, name: str) -> str:
-        while name in RESERVED or name in self.called.values():
-            name += "_"
-        return name
+    reserved, comment = RESERVED, "/* {} */"
 
     def body(self, steps: list, ends: Iterable, indent: str = "    ") -> list[str]:
         """Statements of a schedule; ends: values that are read behind it."""
@@ -60,18 +52,12 @@ class CWriter(Writer):
     def _block(self, head: str, steps: list, indent: str, deeper: str) -> list[str]:
         return [indent + head, *self.lines(steps, deeper), indent + "}"]
 
-    def _statement(self, node: Scalar) -> list[str]:
-        lines, source = [], self.source(node)
-        if node.section and node.section != self.section:
-            self.section = node.section
-            lines.append(f"/* {node.section} */")
-        comment = f"  /* {self.names[source]} */" if source in self.names else ""
+    def _assigned(self, node: Scalar, source: str) -> list[str]:
+        hoisted = node in self.hoisted
         if node.op == "call" and node not in self.slots:
-            declared = [] if node in self.hoisted else [self._declared(node)]
-            return [*lines, *declared, f"{source};"]
-        name, kind = f"v{node.index}", "int" if node.boolean else "double"
-        target = name if node in self.hoisted else f"const {kind} {name}"
-        return [*lines, f"{target} = {source};{comment}"]
+            return [*([] if hoisted else [self._declared(node)]), f"{source};"]
+        kind = "" if hoisted else "const int " if node.boolean else "const double "
+        return [f"{kind}v{node.index} = {source};"]
 
     def source(self, node: Scalar) -> str:
         """The expression of one operation."""

@@ -134,7 +134,7 @@ class Functions:
         return value.value if isinstance(value, Number) else self.lowering.constant(value)
 
     def integers(self, value: int) -> ir.Value:
-        return self.lowering.splat(ir.Constant(INT64, value))
+        return self.lowering.splat(INT64(value))
 
     def binary(self, name: str, a, b) -> Number:
         return Number(self, getattr(self.build, name)(self.constant(a), self.constant(b)))

@@ -266,6 +266,8 @@ def _collect(function, collected: dict) -> None:
 class Writer:
     """Python statements of schedules; functions get names of their own."""
 
+    reserved, comment = RESERVED, "# {}"
+
     def __init__(
         self, functions: list, slots: dict | None = None, names: dict[str, str] | None = None
     ):
@@ -273,7 +275,7 @@ class Writer:
         self.called: dict[object, str] = {}
         for function in functions:
             name = function.name
-            while name in self.called.values() or name in RESERVED:
+            while name in self.called.values() or name in self.reserved:
                 name += "_"
             self.called[function] = name
         self.section = ""
@@ -301,10 +303,15 @@ class Writer:
         lines = []
         if node.section and node.section != self.section:
             self.section = node.section
-            lines.append(f"# {node.section}")
+            lines.append(self.comment.format(node.section))
         source = self.source(node)
-        name = self.names.get(source)
-        return [*lines, f"v{node.index} = {source}" + (f"  # {name}" if name else "")]
+        lines += self._assigned(node, source)
+        if source in self.names:
+            lines[-1] += "  " + self.comment.format(self.names[source])
+        return lines
+
+    def _assigned(self, node: Scalar, source: str) -> list[str]:
+        return [f"v{node.index} = {source}"]
 
     def source(self, node: Scalar) -> str:
         """The expression of one operation."""

@@ -76,15 +76,15 @@ class Lowering:
         """A matrix, column by column: each is the derivative along a unit vector."""
         build, count = self.builder, program.columns
         with build.goto_entry_block():
-            self.arrays["dy"] = build.alloca(DOUBLE, ir.Constant(INT64, count * self.width))
+            self.arrays["dy"] = build.alloca(DOUBLE, INT64(count * self.width))
         for i in range(count):
             build.store(self.constant(0.0), self.place("dy", i), align=8)
-        with for_range(build, ir.Constant(INT64, count)) as loop:
+        with for_range(build, INT64(count)) as loop:
             column = loop.index
             build.store(self.constant(1.0), self.place("dy", column), align=8)
             self.run(program.column)
             for row, value in sorted(program.outputs.items()):
-                index = build.add(column, ir.Constant(INT64, row * count))
+                index = build.add(column, INT64(row * count))
                 build.store(self.value(value), self.place(program.target, index), align=8)
             build.store(self.constant(0.0), self.place("dy", column), align=8)
 
@@ -104,7 +104,7 @@ class Lowering:
 
     # --- values
     def constant(self, number: float) -> ir.Value:
-        return self.splat(ir.Constant(DOUBLE, float(number)))
+        return self.splat(DOUBLE(float(number)))
 
     def spread(self, kind: ir.Type) -> ir.Type:
         """The type of one value, or of as many as there are lanes."""
@@ -112,7 +112,7 @@ class Lowering:
 
     def splat(self, constant: ir.Constant) -> ir.Value:
         kind = self.spread(constant.type)
-        return constant if self.width == 1 else ir.Constant(kind, [constant] * self.width)
+        return constant if self.width == 1 else kind([constant] * self.width)
 
     def value(self, value) -> ir.Value:
         return self.values[value] if isinstance(value, Scalar) else self.constant(value)
@@ -120,9 +120,9 @@ class Lowering:
     def place(self, array: str, index) -> ir.Value:
         """Pointer to the numbers at a place, a number or a value."""
         if isinstance(index, int):
-            index = ir.Constant(INT64, index * self.width)
+            index = INT64(index * self.width)
         elif self.width > 1:
-            index = self.builder.mul(index, ir.Constant(INT64, self.width))
+            index = self.builder.mul(index, INT64(self.width))
         pointer = self.builder.gep(self.arrays[array], [index])
         return pointer if self.width == 1 else self.builder.bitcast(pointer, self.kind.as_pointer())
 
@@ -155,14 +155,14 @@ class Lowering:
                 self.run(steps)
                 ended = self.builder.block
             for node in [n for n in self.values if n not in before]:
-                undefined = ir.Constant(self.values[node].type, ir.Undefined)
+                undefined = self.values[node].type(ir.Undefined)
                 self.values[node] = self.joined(self.values[node], ended, undefined, begun)
 
     def any(self, mask: ir.Value) -> ir.Value:
         if self.width == 1:
             return mask
         bits = self.builder.bitcast(mask, ir.IntType(self.width))
-        return self.builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
+        return self.builder.icmp_unsigned("!=", bits, bits.type(0))
 
     # --- operations
     def operation(self, node: Scalar) -> ir.Value:
@@ -240,15 +240,13 @@ class Lowering:
     def integer(self, value) -> ir.Value:
         """A number that indices are made of. It is an integer in Python, and so are its parts."""
         if not isinstance(value, Scalar):
-            return self.splat(ir.Constant(INT64, int(value)))
+            return self.splat(INT64(int(value)))
         key = "integer", value
         if key not in self.values:
             if value.op in INDEXING and value not in self.slots and all(map(_is_whole, value.args)):
                 index = getattr(self.builder, value.op)(*map(self.integer, value.args))
             else:
-                index = self.builder.fptosi(
-                    self.value(value), self.splat(ir.Constant(INT64, 0)).type
-                )
+                index = self.builder.fptosi(self.value(value), self.splat(INT64(0)).type)
             self.values[key] = index
         return self.values[key]
 
@@ -307,7 +305,7 @@ class Lowering:
         return [self.value(o) for o in function.outputs]
 
     def returned(self, values: list[ir.Value]) -> None:
-        result = ir.Constant(self.structure(len(values)), ir.Undefined)
+        result = self.structure(len(values))(ir.Undefined)
         for i, value in enumerate(values):
             result = self.builder.insert_value(result, self.number(value), i)
         self.builder.ret(result)
@@ -357,20 +355,14 @@ class Lowering:
         build = self.builder
         with build.goto_entry_block():
             inputs, outputs = (
-                build.alloca(DOUBLE, ir.Constant(INT64, n or 1))
-                for n in (len(args), function.count)
+                build.alloca(DOUBLE, INT64(n or 1)) for n in (len(args), function.count)
             )
-        pointer = self.pointer(
-            ir.Constant(INT64, self.addresses[function]), ir.VoidType(), [POINTER] * 3
-        )
+        pointer = self.pointer(INT64(self.addresses[function]), ir.VoidType(), [POINTER] * 3)
 
         def one(*numbers):
             self.stored(inputs, range(len(numbers)), numbers)
             build.call(pointer, [inputs, self.arrays["data"], outputs])
-            return [
-                build.load(build.gep(outputs, [ir.Constant(INT64, k)]))
-                for k in range(function.count)
-            ]
+            return [build.load(build.gep(outputs, [INT64(k)])) for k in range(function.count)]
 
         return self.together(one, args, function.count)
 
@@ -380,15 +372,13 @@ class Lowering:
 
         def single(start, *numbers):
             block = build.gep(self.arrays["data"], [build.fptosi(start, INT64)])
-            self.stored(
-                block, range(1, 2 + len(numbers)), [ir.Constant(DOUBLE, answer.wanted), *numbers]
-            )
+            self.stored(block, range(1, 2 + len(numbers)), [DOUBLE(answer.wanted), *numbers])
             address = build.fptosi(build.load(block), INT64)
             pointer = self.pointer(address, DOUBLE, [INT64])
             zero = build.call(pointer, [build.ptrtoint(block, INT64)])
             if answer.keep:
                 return [zero] * answer.count
-            return [build.load(build.gep(block, [ir.Constant(INT64, k)])) for k in answer.places]
+            return [build.load(build.gep(block, [INT64(k)])) for k in answer.places]
 
         return self.together(single, args, answer.count)
 
@@ -397,13 +387,13 @@ class Lowering:
 
     def stored(self, pointer: ir.Value, places, numbers) -> None:
         for index, number in zip(places, numbers, strict=True):
-            self.builder.store(number, self.builder.gep(pointer, [ir.Constant(INT64, index)]))
+            self.builder.store(number, self.builder.gep(pointer, [INT64(index)]))
 
     def together(self, function: Callable, args: list[ir.Value], count: int) -> ir.Value:
         """The values of a function of single numbers, lane by lane, as one structure."""
-        build, result = self.builder, ir.Constant(self.structure(count), ir.Undefined)
+        build, result = self.builder, self.structure(count)(ir.Undefined)
         for i in range(self.width):
-            lane = ir.Constant(ir.IntType(32), i)
+            lane = ir.IntType(32)(i)
             numbers = args if self.width == 1 else [build.extract_element(a, lane) for a in args]
             for k, value in enumerate(function(*numbers)):
                 if self.width > 1:

@@ -155,15 +155,15 @@ class Lanes(Lowering):
         least = self.constant(shift)
         index = build.select(build.fcmp_ordered(">", index, least), index, least)
         places = build.fptosi(index, ir.VectorType(INT32, width))
-        lanes = (build.extract_element(places, ir.Constant(INT32, lane)) for lane in range(width))
-        return [build.sub(build.sext(row, INT64), ir.Constant(INT64, shift)) for row in lanes]
+        lanes = (build.extract_element(places, INT32(lane)) for lane in range(width))
+        return [build.sub(build.sext(row, INT64), INT64(shift)) for row in lanes]
 
     def _columns(self, places: list[ir.Value], offset: int) -> list[ir.Value]:
         """Neighbours in the table, from so many places behind on: a vector of lanes for each."""
         build, pieces, size = self.builder, [], self.piece
         kind = ir.VectorType(DOUBLE, size).as_pointer()
         for index in places:
-            pointer = build.gep(self.arrays["data"], [build.add(index, ir.Constant(INT64, offset))])
+            pointer = build.gep(self.arrays["data"], [build.add(index, INT64(offset))])
             pieces.append(build.load(build.bitcast(pointer, kind), align=8))
         while size < self.width:
             half, size = len(pieces) // 2, 2 * size
@@ -188,7 +188,7 @@ class Lanes(Lowering):
         return rows
 
     def _shuffled(self, a: ir.Value, b: ir.Value, places: list[int]) -> ir.Value:
-        mask = ir.Constant(ir.VectorType(INT32, len(places)), places)
+        mask = ir.VectorType(INT32, len(places))(places)
         return self.builder.shuffle_vector(a, b, mask)
 
 
@@ -203,7 +203,7 @@ class Moments(Lanes):
     def load(self, array: str, index: int) -> ir.Value:
         if array not in self.SHARED:
             return super().load(array, index + 1 if array == "y" else index)
-        pointer = self.builder.gep(self.arrays[array], [ir.Constant(INT64, index)])
-        nothing, first = ir.Constant(self.kind, ir.Undefined), ir.Constant(INT32, 0)
+        pointer = self.builder.gep(self.arrays[array], [INT64(index)])
+        nothing, first = self.kind(ir.Undefined), INT32(0)
         vector = self.builder.insert_element(nothing, self.builder.load(pointer), first)
         return self._shuffled(vector, nothing, [0] * self.width)
