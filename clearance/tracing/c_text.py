@@ -1,15 +1,15 @@
 """Programs and functions as C99: readable, and without anything but libm."""
 
 from collections.abc import Callable, Iterable
+from typing import ClassVar
 
-from clearance.tracing.emission import Branch, Program, Writer, scheduled
+from clearance.tracing.emission import INFIX, Branch, Program, Writer, scheduled
 from clearance.tracing.function import Loop
-from clearance.tracing.trace import COMPARISONS, Scalar, text
+from clearance.tracing.trace import Scalar, text
 
 #: names that C or its library has
 RESERVED = {"double", "int", "long", "out", "par", "work", "y", "t", "exp", "log", "tables"}
 KERNEL = "double t, const double *y, const double *par, const double *work, double *out"
-INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/", "and": "&&", "or": "||", **COMPARISONS}
 
 
 def value(number) -> str:
@@ -21,7 +21,16 @@ def value(number) -> str:
 class CWriter(Writer):
     """C statements of schedules. Values that leave a branch are declared before it."""
 
-    reserved, comment = RESERVED, "/* {} */"
+    reserved, comment, library = RESERVED, "/* {} */", ""
+    infix: ClassVar = INFIX | {"and": "&&", "or": "||"}
+    forms: ClassVar = {
+        "neg": "-{}",
+        "not": "!{}",
+        "lookup": "tables[(long)({})]",
+        "select": "{} ? {} : {}",
+    }
+    begin, unless, otherwise, end = "if ({}) {{", "if (!{}) {{", "} else {", "}"
+    value = staticmethod(value)
 
     def body(self, steps: list, ends: Iterable, indent: str = "    ") -> list[str]:
         """Statements of a schedule; ends: values that are read behind it."""
@@ -40,18 +49,6 @@ class CWriter(Writer):
         kind = "int" if node.boolean else "double"
         return f"{kind} v{node.index}{number};"
 
-    def _branch(self, branch: Branch, indent: str) -> list[str]:
-        condition, deeper = text(branch.condition), indent + "    "
-        if not branch.then:
-            return self._block(f"if (!{condition}) {{", branch.otherwise, indent, deeper)
-        lines = self._block(f"if ({condition}) {{", branch.then, indent, deeper)
-        if branch.otherwise:
-            lines[-1:] = self._block("} else {", branch.otherwise, indent, deeper)
-        return lines
-
-    def _block(self, head: str, steps: list, indent: str, deeper: str) -> list[str]:
-        return [indent + head, *self.lines(steps, deeper), indent + "}"]
-
     def _assigned(self, node: Scalar, source: str) -> list[str]:
         hoisted = node in self.hoisted
         if node.op == "call" and node not in self.slots:
@@ -59,24 +56,8 @@ class CWriter(Writer):
         kind = "" if hoisted else "const int " if node.boolean else "const double "
         return [f"{kind}v{node.index} = {source};"]
 
-    def source(self, node: Scalar) -> str:
-        """The expression of one operation."""
-        op, args = node.op, node.args
-        if node in self.slots or op in ("load", "item"):
-            return super().source(node)
-        if op == "call":
-            inputs = [*map(value, args[1:]), f"v{node.index}"]
-            return f"{self.called[args[0]]}({', '.join(inputs)})"
-        texts = [value(a) for a in args]
-        if op in INFIX:
-            return f"{texts[0]} {INFIX[op]} {texts[1]}"
-        single = {
-            "neg": "-{}",
-            "not": "!{}",
-            "lookup": "tables[(long)({})]",
-            "select": "{} ? {} : {}",
-        }
-        return single[op].format(*texts) if op in single else f"{op}({', '.join(texts)})"
+    def _call(self, node: Scalar, args: list[str]) -> str:
+        return f"{self.called[node.args[0]]}({', '.join([*args, f'v{node.index}'])})"
 
     def function(self, function) -> list[str]:
         """Definition of a function, which fills the values in."""

@@ -9,6 +9,7 @@ does not hold is not evaluated there.
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 from clearance.tracing.function import Answer, Function, Loop, Opaque
 from clearance.tracing.trace import COMPARISONS, Scalar, derived, live, text
@@ -166,18 +167,8 @@ class _Ordered:
         return [Branch(condition, *sides)] if any(sides) else []
 
 
-_INFIX = {
-    "add": "+",
-    "sub": "-",
-    "mul": "*",
-    "div": "/",
-    "pow": "**",
-    "and": "and",
-    "or": "or",
-    **COMPARISONS,
-}
-
-
+#: operators that C and Python have alike
+INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/", **COMPARISONS}
 #: names that texts use otherwise
 RESERVED = {"rhs", "jacobian", "events", "commit", "observe", "follow", "derive", "answered"}
 RESERVED |= {"math", "par", "int", "abs"}
@@ -266,7 +257,18 @@ def _collect(function, collected: dict) -> None:
 class Writer:
     """Python statements of schedules; functions get names of their own."""
 
-    reserved, comment = RESERVED, "# {}"
+    reserved, comment, library = RESERVED, "# {}", "math."
+    infix: ClassVar = INFIX | {"pow": "**", "and": "and", "or": "or"}
+    forms: ClassVar = {
+        "neg": "-{}",
+        "not": "not {}",
+        "fabs": "abs({})",
+        "lookup": "par[int({})]",
+        "select": "{1} if {0} else {2}",
+    }
+    #: heads of a branch and of its other side, and what ends it
+    begin, unless, otherwise, end = "if {}:", "if not {}:", "else:", ""
+    value = staticmethod(text)
 
     def __init__(
         self, functions: list, slots: dict | None = None, names: dict[str, str] | None = None
@@ -291,13 +293,12 @@ class Writer:
         return result
 
     def _branch(self, branch: Branch, indent: str) -> list[str]:
-        condition, deeper = text(branch.condition), indent + "    "
-        if not branch.then:
-            return [f"{indent}if not {condition}:", *self.lines(branch.otherwise, deeper)]
-        lines = [f"{indent}if {condition}:", *self.lines(branch.then, deeper)]
-        if branch.otherwise:
-            lines += [f"{indent}else:", *self.lines(branch.otherwise, deeper)]
-        return lines
+        head, deeper = self.begin if branch.then else self.unless, indent + "    "
+        lines = [indent + head.format(text(branch.condition))]
+        lines += self.lines(branch.then or branch.otherwise, deeper)
+        if branch.then and branch.otherwise:
+            lines += [indent + self.otherwise, *self.lines(branch.otherwise, deeper)]
+        return [*lines, indent + self.end] if self.end else lines
 
     def _statement(self, node: Scalar) -> list[str]:
         lines = []
@@ -320,21 +321,19 @@ class Writer:
         op, args = node.op, node.args
         if op == "load":
             return args[0]
-        if op == "call":
-            return self._call(args[0], [text(a) for a in args[1:]])
         if op == "item":
             return f"{text(args[0])}[{args[1]}]"
-        texts = [text(a) for a in args]
-        if op in _INFIX:
-            return f"{texts[0]} {_INFIX[op]} {texts[1]}"
-        if op == "select":
-            return f"{texts[1]} if {texts[0]} else {texts[2]}"
-        if op == "lookup":
-            return f"par[int({texts[0]})]"
-        single = {"neg": "-{}", "not": "not {}", "fabs": "abs({})"}
-        return single[op].format(*texts) if op in single else f"math.{op}({', '.join(texts)})"
+        if op == "call":
+            return self._call(node, [self.value(a) for a in args[1:]])
+        texts = [self.value(a) for a in args]
+        if op in self.infix:
+            return f"{texts[0]} {self.infix[op]} {texts[1]}"
+        if op in self.forms:
+            return self.forms[op].format(*texts)
+        return f"{self.library}{op}({', '.join(texts)})"
 
-    def _call(self, function, args: list[str]) -> str:
+    def _call(self, node: Scalar, args: list[str]) -> str:
+        function = node.args[0]
         name = self.called[function]
         if isinstance(function, Answer):
             inputs = f"({', '.join(args[1:])},)"
