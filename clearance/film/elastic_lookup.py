@@ -58,18 +58,19 @@ def central_film(u):
     return u + p + 0.3084 * p * p / (p * p * math.sqrt(math.sqrt(p)) + 0.0526)
 
 
-def yielding(u, radial, turning):
-    """chi: share of the journal's own rate that the film feels, at u = (1 - eps) / h.
+def yielding(apart, radial, turning, square):
+    """chi: share of the journal's own rate that the film feels, at apart = 1 - eps; square: h^2.
 
     The surface follows the journal with the rest. Read off the film with memory through the wall:
-    approaches within 0.06, above u = 0.7 it is d psi / d u. A journal that recedes leaves oil
-    trapped, so that the film feels less. It keeps it until the surfaces part.
+    approaches within 0.06, above apart = 0.7 h it is the slope of `central_film`. A journal that
+    recedes leaves oil trapped, so that the film feels less. It keeps it until the surfaces part.
     radial = C_s / 12, turning = eps C_w / 12.
     """
     slow = TURNS * turning
     opens = 0.5 - 0.5 * radial / math.sqrt(radial * radial + slow * slow + REST * REST)
-    apart = u - 0.1 - 0.12 * opens
-    return 0.5 + 0.5 * apart / math.sqrt(apart * apart + 1.2 - opens)
+    part = apart + math.sqrt(apart * apart + (1.195 - 1.02 * opens) * square)
+    part *= part
+    return part / (part + (1.407 - 0.973 * opens) * square)
 
 
 def wedge_part(eps, turning):
@@ -90,8 +91,8 @@ def size(radial, part):
 
 
 def about(both):
-    """h within a tenth, of what it is a power of."""
-    return 0.88 * math.sqrt(math.sqrt(math.sqrt(both)))
+    """h^2 within a fifth, of what h is a power of."""
+    return 0.774 * math.sqrt(math.sqrt(both))
 
 
 def dry(eps):
@@ -182,8 +183,8 @@ def resolved(eps, radial_rate, entrainment, joint, liner, follows):
     unit = joint.viscosity * joint.radius * joint.radius * liner / joint.clearance**3
     radial, turning = unit * radial_rate, 0.5 * unit * eps * entrainment
     part = wedge_part(eps, turning)
-    u = (1.0 - eps) / about(squeezed(radial, part))
-    radial *= 1.0 - follows * (1.0 - yielding(u, radial, turning))
+    chi = yielding(1.0 - eps, radial, turning, about(squeezed(radial, part)))
+    radial *= 1.0 - follows * (1.0 - chi)
     log_h = size(radial, part)
     third = math.exp(log_h / 3.0)
     log_g, s, wide = place(eps, third)
@@ -207,7 +208,7 @@ def elastic(
 
     F_r, F_t = c R L / kappa f_r, f_t(eps, C_w, chi C_s; beta, L/D),   beta = alpha c / kappa
     C_w = 6 mu w R^2 kappa / c^3,   C_s = 12 mu eps' R^2 kappa / c^3
-    u = (1 - eps) / h,   chi: see `yielding`
+    chi: see `yielding`
 
     liner kappa [m/Pa], pressure_viscosity alpha [1/Pa]: of the joint's layer, material and
     lubricant by default. follows: 1 where the surface follows the journal by 1 - chi of its rate,

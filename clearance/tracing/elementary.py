@@ -58,7 +58,7 @@ ARCTANGENT_BELOW = (
     4.853903996359136964868e2,
     1.945506571482613964425e2,
 )
-EXPONENTIAL = tuple(1.0 / math.factorial(i) for i in range(13, -1, -1))
+EXPONENTIAL = tuple(1.0 / math.factorial(i) for i in range(13, 1, -1))
 LARGEST_POWER = (
     700.0  # exponents of e beyond which the result may leave the range of normal numbers
 )
@@ -157,11 +157,13 @@ class Functions:
         return self.intrinsic("fabs", a)
 
     def polynomial(self, x: Number, coefficients: tuple) -> Number:
-        """Its value, from the highest coefficient on."""
-        value = self.fma(x, coefficients[0], coefficients[1])
-        for c in coefficients[2:]:
-            value = self.fma(value, x, c)
-        return value
+        """Its value: neighbours first, then pairs of pairs, side by side (Estrin)."""
+        terms, power = list(coefficients[::-1]), x
+        while len(terms) > 1:
+            pairs = [self.fma(power, b, a) for a, b in zip(terms[::2], terms[1::2], strict=False)]
+            terms = pairs + terms[len(terms) - len(terms) % 2 :]
+            power = power * power
+        return terms[0]
 
     def rounded(self, x: Number) -> tuple[Number, ir.Value]:
         """The nearest integer (of less than 2^31), as floats and as integers."""
@@ -227,7 +229,8 @@ class Functions:
         near, count = self.rounded(x * (1.0 / math.log(2.0)))
         r = self.fma(near, -LN2[1], self.fma(near, -LN2[0], x)) + addend
         bits = self.build.shl(self.build.add(count, self.integers(1023)), self.integers(52))
-        return self.polynomial(r, EXPONENTIAL) * self.from_bits(bits)
+        power = self.fma(r * r, self.polynomial(r, EXPONENTIAL), r) + 1.0
+        return power * self.from_bits(bits)
 
     def exp(self, x: Number):
         return self._raised(x, 0.0), self.compare("<", self.size(x), LARGEST_POWER)

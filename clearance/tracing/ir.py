@@ -45,6 +45,10 @@ class Lowering:
     the function runs; a compiler that must expect otherwise takes the square of a kernel's size.
     """
 
+    #: where the processor computes a product and a sum in one operation, all of them are. Else only
+    #: those that follow from tables: the rest of a mechanism keeps its symmetries to the last bit
+    fuses_all = False
+
     def __init__(
         self,
         builder: ir.IRBuilder,
@@ -59,6 +63,7 @@ class Lowering:
         self.kind, self.truth = map(self.spread, (DOUBLE, BIT))
         self.values: dict[Scalar, ir.Value] = {}
         self.slots: dict[Scalar, int] = {}
+        self.looked: set[Scalar] = set()  # values that follow from tables
         self.functions: dict[object, ir.Function] = {}
 
     def write(self, program: Program) -> None:
@@ -139,6 +144,8 @@ class Lowering:
             if isinstance(step, Branch):
                 self.branch(step)
             else:
+                if step.op == "lookup" or any(a in self.looked for a in step.operands):
+                    self.looked.add(step)
                 self.values[step] = self.operation(step)
 
     def branch(self, branch: Branch) -> None:
@@ -177,6 +184,9 @@ class Lowering:
             return build.extract_value(self.values[node.args[0]], node.args[1])
         if op == "lookup":
             return self.lookup(node)
+        fuses = FUSES and op in ("add", "sub") and (self.fuses_all or node in self.looked)
+        if fuses and (value := self.fused(node)) is not None:
+            return value
         args = [self.value(a) for a in node.args]
         if op in ARITHMETIC:
             return self.arithmetic(ARITHMETIC[op], args)
@@ -193,6 +203,17 @@ class Lowering:
         if op in INTRINSICS:
             return build.call(self.external(f"llvm.{op}.{self.suffix}", self.kind, len(args)), args)
         return self.function(op, args)
+
+    def fused(self, node: Scalar) -> ir.Value | None:
+        """A sum or difference that takes in a product, rounded once; None where it has none."""
+        for k, product in enumerate(node.args):
+            if isinstance(product, Scalar) and product.op == "mul" and product not in self.slots:
+                a, b, c = map(self.value, (*product.args, node.args[1 - k]))
+                if node.op == "sub":
+                    a, c = (a, self.builder.fneg(c)) if k == 0 else (self.builder.fneg(a), c)
+                fma = self.external(f"llvm.fma.{self.suffix}", self.kind, 3)
+                return self.builder.call(fma, [a, b, c])
+        return None
 
     def arithmetic(self, name: str, args: list[ir.Value]) -> ir.Value:
         return getattr(self.builder, name)(*args)

@@ -56,13 +56,13 @@ class Lanes(Lowering):
     transposed.
     """
 
-    fused = FUSES  # a product and a sum become one operation
+    fuses_all = True
     rooted = False  # powers of quarters are products of roots, which changes their last bits
 
     def __init__(self, builder, arrays, time, addresses, width):
         super().__init__(builder, arrays, time, addresses, width)
-        self.rows: dict[Scalar, tuple[Base, int, list[tuple[int, Scalar]]]] = {}
         self.write_function = Functions(self)
+        self.rows: dict[Scalar, tuple[Base, int, list[tuple[int, Scalar]]]] = {}
         self.piece = min(width, MOST)
 
     def run(self, steps: list) -> None:
@@ -91,22 +91,11 @@ class Lanes(Lowering):
 
     # --- operations
     def operation(self, node: Scalar) -> ir.Value:
-        """The value of a node; one that was read with others is there.
-
-        A sum takes in one of its products here: LLVM would do so where it pays on the processor.
-        """
+        """The value of a node; one that was read with others is there."""
         if node in self.values:
             return self.values[node]
         if self.rooted and node.op == "pow" and _in_quarters(node.args[1]):
             return self.power(self.value(node.args[0]), node.args[1])
-        if self.fused and node.op in ("add", "sub") and node not in self.slots:
-            for product, addend in (node.args, node.args[::-1]):
-                if (
-                    isinstance(product, Scalar)
-                    and product.op == "mul"
-                    and product not in self.slots
-                ):
-                    return self.sum(node, product, addend)
         return super().operation(node)
 
     def power(self, base: ir.Value, exponent: float) -> ir.Value:
@@ -118,15 +107,6 @@ class Lanes(Lowering):
         factors += [write.intrinsic("sqrt", root)] * bool(number % 0.5)
         value = math.prod(factors[1:], start=factors[0])
         return (Number(write, self.constant(1.0)) / value if exponent < 0.0 else value).value
-
-    def sum(self, node: Scalar, product: Scalar, addend) -> ir.Value:
-        """A sum or difference of a product and another number, rounded once."""
-        (a, b), c = map(self.value, product.args), self.value(addend)
-        if node.op == "sub" and node.args[0] is product:
-            c = self.builder.fneg(c)
-        elif node.op == "sub":
-            a = self.builder.fneg(a)
-        return self.write_function.intrinsic("fma", *(Number(self, x) for x in (a, b, c))).value
 
     def function(self, op: str, args: list[ir.Value]) -> ir.Value:
         """Written here where the processor fuses; each fused operation is a call elsewhere."""
@@ -193,12 +173,11 @@ class Lanes(Lowering):
 
 
 class Moments(Lanes):
-    """W moments of one mechanism, which share its parameters; y begins with the times.
-
-    No operations are fused, so that each moment has the bits of the scalar kernel.
+    """W moments of one mechanism, which share its parameters; y begins with the times. Each
+    has the bits of the scalar kernel.
     """
 
-    SHARED, fused = ("par", "work"), False
+    SHARED, fuses_all = ("par", "work"), False
 
     def load(self, array: str, index: int) -> ir.Value:
         if array not in self.SHARED:

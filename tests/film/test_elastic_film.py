@@ -159,8 +159,8 @@ class TestFilm:
                 right = np.interp(-moving, -np.array(loads), shares)
                 turning = (eps + 0.01) * wedge / 12.0
                 part = elastic.wedge_part(eps + 0.01, turning)
-                u = (0.99 - eps) / elastic.about(elastic.squeezed(squeeze / 12.0, part))
-                chi = elastic.yielding(u, squeeze / 12.0, turning)
+                square = elastic.about(elastic.squeezed(squeeze / 12.0, part))
+                chi = elastic.yielding(0.99 - eps, squeeze / 12.0, turning, square)
                 assert chi == pytest.approx(right, abs=0.08)
 
     def test_of_joint(self):
