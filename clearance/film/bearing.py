@@ -292,11 +292,18 @@ def coarseness(
         return None
     while load_error(finer, eccentricity_ratio, slenderness) > most:
         finer *= 2
-    where = f"for eccentricity ratio {eccentricity_ratio:.6g}"
-    return (
-        f"{cells} cells around are too coarse {where}: the load may be {error:.1%} off; take "
-        f"{finer}"
-    )
+    return too_coarse(cells, at(eccentricity_ratio), error, finer)
+
+
+def at(eccentricity_ratio: float) -> str:
+    """An eccentricity in words."""
+    return f"for eccentricity ratio {eccentricity_ratio:.6g}"
+
+
+def too_coarse(cells: int, where: str, error: float, finer: int) -> str:
+    """Objection to so many cells around; finer: how many would do."""
+    about = f"{cells} cells around are too coarse {where}"
+    return f"{about}: the load may be {error:.1%} off; take {finer}"
 
 
 def check_mesh(mesh: tuple[int, int]) -> tuple[int, int]:

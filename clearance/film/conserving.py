@@ -33,6 +33,7 @@ per cell. Woloszynski, Podsiadlo and Stachowiak, Tribology Letters 58 (2015), Ne
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -45,6 +46,7 @@ from clearance.film.bearing import (
     check_drag,
     check_mesh,
     coarseness,
+    too_coarse,
 )
 from clearance.film.control_volumes import CAVITATED, FIXED, FULL, VOLUME, Mesh, State, System
 from clearance.film.film_answer import Answer, respond
@@ -56,6 +58,25 @@ from clearance.values.algebra import each
 
 # shortest time since the last moment, in units of the time in which the motion changes the film
 INSTANT = 1e-9
+
+
+class Moment(NamedTuple):
+    """Motion of the journal some time after the last accepted moment.
+
+    ex, ey: its centre over c; vx, vy: its rate [1/s] as seen from the turning bearing; spin
+    [rad/s]; elapsed [s]; angle of a worn journal against the bearing. lift: of the gap all around,
+    over c; lift_rate [1/s].
+    """
+
+    ex: float
+    ey: float
+    vx: float
+    vy: float
+    spin: float
+    elapsed: float
+    angle: float = 0.0
+    lift: float = 0.0
+    lift_rate: float = 0.0
 
 
 def _over(depths: Sequence[float] | None, clearance: float) -> np.ndarray | None:
@@ -222,10 +243,10 @@ class MemoryFilm:
         worn[:, 2] = (ends + 4.0 * worn[:, 0]) / 6.0
         worn[:, :3] += lift
 
-    def _sweep(self, vx: float, vy: float, spin: float, lift_rate: float) -> None:
+    def _sweep(self, now: Moment) -> None:
         """The rate of the rigid gap's volumes, see `sweep`, and that of the lift."""
-        sweep((vx, vy), spin, self.content, self._mesh, self._base)
-        self._base += 12.0 * self._mesh.width[:, None] * lift_rate * self.content
+        sweep((now.vx, now.vy), now.spin, self.content, self._mesh, self._base)
+        self._base += 12.0 * self._mesh.width[:, None] * now.lift_rate * self.content
 
     def _cut(self, groove: Groove) -> None:
         """Fix P - lowest in the cells of a groove."""
@@ -263,16 +284,16 @@ class MemoryFilm:
         volume = self._system.cell[:, : kind.shape[1], VOLUME]  # without the layer of the ends
         return np.array(np.broadcast_to(volume, kind.shape)) / self._mesh.width[:, None]
 
-    def _since(self, vx: float, vy: float, spin: float, elapsed: float) -> float:
+    def _since(self, now: Moment) -> float:
         """elapsed, not below INSTANT of the time in which the motion changes the film.
 
         Raises ValueError for a negative one, and for asperities.
         """
         if self.summits.size > 0:
             raise ValueError("film with memory: asperities are of a steady film")
-        if not elapsed >= 0.0:
-            raise ValueError(f"elapsed must not be negative, got {elapsed!r}")
-        return max(elapsed, INSTANT / max(math.hypot(vx, vy) + abs(spin), 1.0))
+        if not now.elapsed >= 0.0:
+            raise ValueError(f"elapsed must not be negative, got {now.elapsed!r}")
+        return max(now.elapsed, INSTANT / max(math.hypot(now.vx, now.vy) + abs(now.spin), 1.0))
 
     def _restart(self) -> None:
         """Start the next solution from the last accepted moment."""
@@ -305,28 +326,13 @@ class MemoryFilm:
             f"help"
         )
 
-    def trial(
-        self,
-        ex: float,
-        ey: float,
-        vx: float,
-        vy: float,
-        spin: float,
-        elapsed: float,
-        angle: float = 0.0,
-        lift: float = 0.0,
-        lift_rate: float = 0.0,
-    ) -> np.ndarray:
-        """The film's answer `elapsed` seconds after the last accepted moment; the memory stays as
-        it is.
+    def trial(self, *moment: float) -> np.ndarray:
+        """The film's answer at a moment, see `Moment`; the memory stays as it is.
 
-        ex, ey: the journal's centre over c; vx, vy: its rate [1/s] as seen from the turning
-        bearing; spin [rad/s]; angle of a worn journal against the bearing. lift: of the gap
-        all around, over c; lift_rate [1/s]. Returns (4, 6). The rows
-        are force_x, force_y on the journal [N], shear, and side_flow out of the film at both ends
-        [m3/s]. shear is the integral of 1/H over the wetted area, out of 2 pi; a cavitated cell
-        counts with its content (streamlets). The columns are the value and d/d(ex, ey, vx, vy,
-        spin), with every cell left full or cavitated as it is.
+        Returns (4, 6). The rows are force_x, force_y on the journal [N], shear, and side_flow out
+        of the film at both ends [m3/s]. shear is the integral of 1/H over the wetted area, out of
+        2 pi; a cavitated cell counts with its content (streamlets). The columns are the value and
+        d/d(ex, ey, vx, vy, spin), with every cell left full or cavitated as it is.
 
         The content is stored at 12 (H (f - old) / elapsed + old dH/dt), the implicit Euler step of
         a straight path to
@@ -335,12 +341,14 @@ class MemoryFilm:
         Raises ValueError for elapsed < 0, RuntimeError for an unsettled film.
         """
         out = np.full((4, 6), math.nan)
-        if not math.isfinite(ex + ey + vx + vy + spin + elapsed + lift + lift_rate):
+        now = Moment(*moment)
+        if not math.isfinite(sum(now)):
             return out
-        hold = 12.0 / self._since(vx, vy, spin, elapsed)
-        self._turn(angle, lift)
-        self._sweep(vx, vy, spin, lift_rate)
-        self._respond((ex, ey), Flow(6.0 * spin, hold, hold), self.content, out, spin)
+        hold = 12.0 / self._since(now)
+        self._turn(now.angle, now.lift)
+        self._sweep(now)
+        flow = Flow(6.0 * now.spin, hold, hold)
+        self._respond(now[:2], flow, self.content, out, now.spin)
         return out
 
     def _respond(self, motion, flow, old, out, spin) -> None:
@@ -389,45 +397,28 @@ class MemoryFilm:
         self.asperity_load = float(load.sum())
         return -load @ ring
 
-    def commit(
-        self,
-        ex: float,
-        ey: float,
-        vx: float,
-        vy: float,
-        spin: float,
-        elapsed: float,
-        angle: float = 0.0,
-        lift: float = 0.0,
-        lift_rate: float = 0.0,
-    ) -> None:
+    def commit(self, *moment: float) -> None:
         """Accept a moment: the conservative step from the last one, then remember content, gap and
         pressure.
 
-        Arguments as in `trial`. The rate counts in the first step after `reset` alone (the gap
+        The rate counts in the first step after `reset` alone (the gap
         before is not known). Raises ValueError for what is not finite or elapsed < 0, RuntimeError
         for an unsettled film.
         """
-        for name, value in (
-            ("ex", ex),
-            ("ey", ey),
-            ("vx", vx),
-            ("vy", vy),
-            ("spin", spin),
-            ("elapsed", elapsed),
-        ):
+        now = Moment(*moment)
+        for name, value in now._asdict().items():
             checks.finite(name, value)
-        since = self._since(vx, vy, spin, elapsed)
+        since = self._since(now)
         hold = 12.0 / since
-        first = not self._begun or since > elapsed
-        self._turn(angle, lift)
-        self._sweep(vx, vy, spin, lift_rate)
+        first = not self._begun or since > now.elapsed
+        self._turn(now.angle, now.lift)
+        self._sweep(now)
         if not first:
             self._base[:] = 0.0
-        flow = Flow(6.0 * spin, hold, hold)
+        flow = Flow(6.0 * now.spin, hold, hold)
         past = Past(self.content, self._base, self._growth, self._held, self._stored, first)
         film = self._state, past, flow, self._mesh, self._system
-        self._settled(lambda: settle((ex, ey), *film), ex, ey, spin)
+        self._settled(lambda: settle(now[:2], *film), *now[:2], now.spin)
         self._remember(flow)
 
     def _remember(self, flow: Flow) -> None:
@@ -465,7 +456,4 @@ class MemoryFilm:
             return None
         finer = math.ceil(cells * math.sqrt(0.12 / DOUBTFUL) / inside / 16.0) * 16
         where = f"for a film of {self.thinnest:.3g} of the clearance"
-        return (
-            f"{cells} cells around are too coarse {where}: the load may be {error:.1%} off; take "
-            f"{finer}"
-        )
+        return too_coarse(cells, where, error, finer)

@@ -48,16 +48,18 @@ from collections import namedtuple
 import numpy as np
 
 from clearance.film.banded import Factors, compiled, factorise, substitute
-from clearance.film.bands import contact_factor
+from clearance.film.bands import CODES, GUMBEL, REYNOLDS, contact_factor
 from clearance.film.bearing import (
     DOUBTFUL,
     RING,
     WET,
     Bearing,
     FilmSolution,
+    at,
     check_mesh,
     check_state,
     coarseness,
+    too_coarse,
 )
 from clearance.film.fem import TURN, Line, supplied, tensor_lines
 from clearance.film.piezo import pressed, reduced
@@ -76,8 +78,6 @@ SLOW, FAR = 0.2, 0.1  # convergence, first correction of old factors that needs 
 # error of the load, up to an eccentricity ratio; cells around at least
 TARGET, EXPECTED, FEWEST = 3e-3, 0.98, 36
 MOST = 60  # corrections of one solution, at most
-REYNOLDS, GUMBEL, FULL = range(3)
-KINDS = {"reynolds": REYNOLDS, "gumbel": GUMBEL, "none": FULL}
 
 #: what does not depend on the motion. By cell around and quadrature point: u, weight and slopes of
 #: the shapes by u. Then the shapes by point. Along half the length: mass, stiffness (R/L)^2, load
@@ -397,8 +397,8 @@ def _grid(
     columns, zeta, shapes = ring.nodes, line.nodes, ring.basis.basis
     order = [0, 2, 1]  # of the shapes of a cell: left, middle, right
     fixed, given = supplied(bearing, columns % TURN, zeta)
-    for at in np.argwhere(fixed):
-        given[*at] = reduced(given[*at], bearing.oil)[0]
+    for node in np.argwhere(fixed):
+        given[*node] = reduced(given[*node], bearing.oil)[0]
     grid = Grid(
         places=ring.points.reshape(ring.basis.dx.shape),
         weights=np.ascontiguousarray(ring.basis.dx),
@@ -412,7 +412,7 @@ def _grid(
         thickness=bearing.thickness,
         axial=bearing.axial,
         lowest=reduced(bearing.lowest, bearing.oil)[0],
-        kind=KINDS[bearing.cavitation],
+        kind=CODES[bearing.cavitation],
         oil=bearing.oil,
         filled=filled,
     )
@@ -448,7 +448,7 @@ class MovingFilm:
     """
 
     def __init__(self, bearing: Bearing, mesh: tuple[int, int] | None = None, drag: str = WET):
-        if bearing.cavitation not in KINDS:
+        if bearing.cavitation not in CODES:
             raise ValueError(f"a film without memory has no cavitation {bearing.cavitation!r}")
         self.bearing, self.mesh = bearing, check_mesh(mesh or mesh_for(bearing.slenderness))
         self.grid, self.nodes, self.zeta, self.given = _grid(bearing, self.mesh, drag == RING)
@@ -510,11 +510,7 @@ class MovingFilm:
         if (error := error_of(cells, eccentricity_ratio, slenderness)) <= DOUBTFUL:
             return None
         finer = math.ceil(cells * math.sqrt(error / DOUBTFUL) / 8.0) * 8
-        where = f"for eccentricity ratio {eccentricity_ratio:.6g}"
-        return (
-            f"{cells} cells around are too coarse {where}: the load may be {error:.1%} off; "
-            f"take {finer}"
-        )
+        return too_coarse(cells, at(eccentricity_ratio), error, finer)
 
     def solve(
         self, eccentricity_ratio: float, radial_rate: float, entrainment: float
