@@ -81,9 +81,10 @@ CTYPES = {types.int64: ctypes.c_int64, float64: ctypes.c_double}
 class Kernel:
     """A compiled kernel (t, y, par, work, out): for Python, and at an address for compiled code.
 
-    write: see `written`. Numba's code generator and call convention, without its front end. text:
-    what the kernel computes; its machine code stays in the store. Without a text it does not, for
-    addresses of this process stand in it.
+    write: write(builder, arguments) puts its code into the function being built; arguments are t
+    and pointers to the numbers of the arrays. Numba's code generator and call convention, without
+    its front end. text: what the kernel computes; its machine code stays in the store. Without a
+    text it does not, for addresses of this process stand in it.
     """
 
     _names = itertools.count()
@@ -313,33 +314,6 @@ def njit(*signature, cache: bool = False, **options) -> Callable:
         return dispatcher
 
     return stored
-
-
-def written(signature, write: Callable) -> Callable:
-    """A compiled function whose code is LLVM IR: write(builder, arguments) puts it into the
-    function being built.
-
-    Arguments are numbers, and pointers to the numbers of arrays; it returns the numbers that the
-    function returns, in a tuple, or None. Numba's front end sees one call only.
-    """
-    names = ", ".join(f"a{i}" for i in range(len(signature.args)))
-
-    def generate(target, builder, kind, arguments):
-        values = write(builder, _pointers(target, builder, kind.args, arguments))
-        if values is None:
-            return target.get_dummy_value()
-        return target.make_tuple(builder, kind.return_type, values)
-
-    scope = {"__name__": __name__, "answer": (signature, generate)}
-    exec(f"def statements(context, {names}):\n    return answer", scope)  # noqa: S102
-    scope["statements"] = numba.extending.intrinsic(scope["statements"])
-    exec(f"def function({names}):\n    return statements({names})", scope)  # noqa: S102
-    return njit(signature, no_cfunc_wrapper=True, **OPTIONS)(scope["function"])
-
-
-def numbers(count: int):
-    """Type of a tuple of numbers."""
-    return types.UniTuple(float64, count)
 
 
 def address(function: Callable, kind: types.FunctionType):

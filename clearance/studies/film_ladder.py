@@ -18,14 +18,13 @@ from clearance.film.elastic import elastic_film
 from clearance.film.moving import MovingFilm
 from clearance.film.tabulated import table_film
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint
-from clearance.machine.store import njit
+from clearance.machine.store import KERNEL, address, caller, njit
 from clearance.mechanism.build import build
 from clearance.results.tables import columns_of, save_tables
 from clearance.run.options import Solver, Span
 from clearance.run.run import Run
 from clearance.scene import joint_options
 from clearance.scene.catalogue import find_case
-from clearance.tracing.function import Expansion
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import compiled
 
@@ -95,40 +94,38 @@ def errors_of(forces: np.ndarray, wanted: np.ndarray, states: np.ndarray) -> tup
     return float(errors[is_closing(states)].max()), float(np.median(errors))
 
 
-def compiled_law(law: BoundLaw, slopes: bool) -> tuple[Callable, np.ndarray]:
-    """evaluate(states (t, 3), numbers, forces (t, 2)) of a film law (of a formula or a table) as
-    kernels have it, and its numbers.
+def compiled_law(law: BoundLaw, slopes: bool) -> tuple[Callable, np.ndarray, int]:
+    """evaluate(arguments (t, n), numbers, values (t, m)) of a film law (of a formula or a table) as
+    kernels have it; its numbers, and how many values it gives.
     """
     function = traced(law.law.function, law.law.kinds)
-    called = compiled(Expansion().function(function.slopes((0, 1, 2)) if slopes else function))
-    data = isinstance(law.law, DataLaw)
-    numbers = np.asarray(law.source(JOINT).numbers, float) if data else np.zeros(1)
-    facts = ", ".join(repr(float(v)) for v in (*JOINT, *law.numbers))
-    text = (
-        "def evaluate(states, par, forces):\n    for i in range(len(states)):\n"
-        f"        values = called(par, states[i, 0], states[i, 1], states[i, 2], {facts})\n"
-        "        forces[i, 0], forces[i, 1] = values[0], values[1]\n"
-    )
-    scope = {"called": called}
-    exec(text, scope)  # noqa: S102
-    return njit(error_model="numpy")(scope["evaluate"]), numbers
+    function = function.slopes((0, 1, 2)) if slopes else function
+    place, kernel_at = address(compiled(function), KERNEL), caller(KERNEL)
+
+    @njit(error_model="numpy")
+    def evaluate(arguments, par, values):
+        for i in range(len(arguments)):
+            kernel_at(place)(0.0, arguments[i], par, par, values[i])
+
+    numbers = law.source(JOINT).numbers if isinstance(law.law, DataLaw) else np.zeros(1)
+    return evaluate, np.asarray(numbers, float), function.count
 
 
 def law_rung(name: str, kind: str, law: BoundLaw, states: np.ndarray, wanted: np.ndarray) -> Rung:
     """A law that kernels call, timed inside compiled code."""
-    seconds, out = [], np.zeros((len(states), 2))
-    many = np.tile(states, (50, 1))
-    spent = np.zeros((len(many), 2))
+    seconds, others = [], np.array([*JOINT, *law.numbers])
+    many = np.tile(np.column_stack([states, np.tile(others, (len(states), 1))]), (50, 1))
     for slopes in (False, True):
-        evaluate, numbers = compiled_law(law, slopes)
-        evaluate(states, numbers, out)
+        evaluate, numbers, count = compiled_law(law, slopes)
+        values = np.zeros((len(many), count))
+        evaluate(many, numbers, values)
         best = math.inf
         for _ in range(REPEATS):
             began = time.thread_time()
-            evaluate(many, numbers, spent)
+            evaluate(many, numbers, values)
             best = min(best, (time.thread_time() - began) / len(many))
         seconds.append(best)
-    errors = errors_of(out, wanted, states)
+    errors = errors_of(values[: len(states), :2], wanted, states)
     return Rung(name, kind, seconds[0], *errors, slopes_seconds=seconds[1])
 
 

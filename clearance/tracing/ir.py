@@ -12,8 +12,8 @@ import llvmlite.ir as ir
 
 from clearance.machine.store import FUSES, for_range
 from clearance.tracing.elementary import FUNCTIONS, Functions
-from clearance.tracing.emission import Branch, Program, called, scheduled
-from clearance.tracing.function import Answer, Function, Loop, Opaque
+from clearance.tracing.emission import Branch, Program, scheduled
+from clearance.tracing.function import Answer, Loop, Opaque
 from clearance.tracing.trace import Scalar
 
 DOUBLE, INT64, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
@@ -92,11 +92,6 @@ class Lowering:
                 index = build.add(column, INT64(row * count))
                 build.store(self.value(value), self.place(program.target, index), align=8)
             build.store(self.constant(0.0), self.place("dy", column), align=8)
-
-    def calls(self, function: Function, args: list[ir.Value]) -> list[ir.Value]:
-        """Outputs of a function, written here."""
-        self.define_all(called(function.outputs))
-        return [self.number(value) for value in self.inside(function, args)]
 
     def define_all(self, functions: list) -> None:
         """The functions that are called, those first that others call."""

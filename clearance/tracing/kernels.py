@@ -12,7 +12,8 @@ from clearance.files.sealed import parsed
 from clearance.machine import store
 from clearance.machine.callback import answered
 from clearance.tracing.emission import Program, called, function_text, kernel_text
-from clearance.tracing.function import Answer, Function, Opaque
+from clearance.tracing.function import Answer, Expansion, Function, Opaque
+from clearance.tracing.trace import Trace
 
 #: functions that numpy and math call alike
 SAME = ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "log1p", "expm1")
@@ -87,21 +88,12 @@ def moments(program: Callable[[], Program], text: str, width: int) -> Callable:
 
 
 def compiled(function: Function) -> Callable:
-    """A function of the trace for compiled code: f(par, *arguments) -> tuple of its outputs."""
-    if not store.COMPILED:
-        return lambda par, *arguments: evaluated(function)(*arguments, par=par)
-
-    places = addresses([function, *called(function.outputs)])
-
-    def write(builder, arguments):
-        from clearance.tracing.ir import Lowering
-
-        par, *numbers = arguments
-        return Lowering(builder, {"par": par, "data": par}, None, places).calls(function, numbers)
-
-    count = len(function.arguments)
-    signature = store.numbers(function.count)(store.VECTOR, *[store.float64] * count)
-    return store.written(signature, write)
+    """A function of the trace as a kernel: its arguments stand in y, `out` takes its outputs."""
+    trace = Trace(exact=True)
+    arguments = [trace.load(f"y[{i}]") for i in range(len(function.arguments))]
+    outputs = Expansion().of(trace.call(function, arguments))
+    program = Program("function", dict(enumerate(outputs)), {})
+    return kernel(lambda: program, kernel_text(program, {}))
 
 
 def addresses(functions: list) -> dict[Opaque, int]:

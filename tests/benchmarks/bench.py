@@ -15,7 +15,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numba import njit
 from publishing import publish, require
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -26,6 +25,7 @@ from clearance.film import bands  # noqa: E402
 from clearance.film.bearing import Bearing  # noqa: E402
 from clearance.film.moving import MovingFilm  # noqa: E402
 from clearance.film.table import Key  # noqa: E402
+from clearance.machine.store import KERNEL, address, caller, njit  # noqa: E402
 from clearance.mechanism.build import build  # noqa: E402
 from clearance.run.options import Solver, Span  # noqa: E402
 from clearance.run.run import Run  # noqa: E402
@@ -170,23 +170,21 @@ def runs():
 
 def compiled_law(law, active, state):
     """(value, value and Jacobian) of a bound law as compiled functions of the index of a call."""
-    result, function = [], traced(law.law.function, law.law.kinds)
+    result, function, kernel_at = [], traced(law.law.function, law.law.kinds), caller(KERNEL)
     numbers = [x for v in state[1:] for x in (v if isinstance(v, tuple) else (v,))]
     for one in (function, function.slopes(tuple(range(active)))):
-        called = compiled(one)
-        source = (
-            "def calls(count, first, others):\n    total, par = 0.0, others\n    for i in "
-            "range(count):\n"
-        )
-        arguments = ", ".join(
-            ["par", "first * (1.0 + 1e-9 * i)", *(f"others[{k}]" for k in range(len(numbers)))]
-        )
-        arguments += "".join(f", {v!r}" for v in law.numbers)
-        parts = [f"found[{k}]" for k in range(one.count)]  # all are used: none is left out
-        source += f"        found = called({arguments})\n        total += {' + '.join(parts)}"
-        scope = {"called": called}
-        exec(source + "\n    return total\n", scope)  # noqa: S102
-        result.append((njit(error_model="numpy")(scope["calls"]), state[0], np.array(numbers)))
+        place, size = address(compiled(one), KERNEL), one.count
+
+        @njit(error_model="numpy")
+        def calls(count, first, others, place=place, size=size):
+            total, out, inputs = 0.0, np.empty(size), np.append(first, others)
+            for i in range(count):
+                inputs[0] = first * (1.0 + 1e-9 * i)
+                kernel_at(place)(0.0, inputs, others, others, out)
+                total += out.sum()  # all are used: none is left out
+            return total
+
+        result.append((calls, state[0], np.array([*numbers, *law.numbers])))
     return result
 
 

@@ -278,7 +278,9 @@ def test_the_step_and_its_slopes_in_extended_precision(z, w, power, logarithm):
         reach = (dt_ * np.exp(-x_) - gone / k_) / k_
     else:
         reach = -dt_ * dt_ * (0.5 - x_ / 3 + x_**2 / 8 - x_**3 / 30)
-    length, by_slope = REACH(np.empty(0), -k, dt)
+    out, none = np.empty(2), np.empty(0)
+    REACH(0.0, np.array([-k, dt]), none, none, out)
+    length, by_slope = out
     actual, by_k = z + (w - k * z) * length, -z * length - (w - k * z) * by_slope
     size = abs(z) + abs(w) * dt
     assert abs(actual - wanted) <= 1e-13 * size
