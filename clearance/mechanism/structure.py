@@ -233,34 +233,34 @@ class Structure:
         )
 
     def kernel(self, role: str) -> Callable:
-        """The compiled kernel of a role; compiled on first use only."""
+        """The compiled kernel of a role, or of so many "moments"; compiled on first use only."""
         if role not in self.compiled:
             self.compiled[role] = self._made(role)
         return self.compiled[role]
 
     def fuse_stages(self) -> None:
-        """Compile what only many steps pay for."""
-        if self.takes_moments:
-            self.kernel("moments")
+        """Count as many steps, which pay for kernels of several moments."""
+        self.compiled.steps += HOT + 1
 
     def _made(self, role: str) -> Callable:
-        if role == "moments":
-            return kernels.moments(lambda: self.programs["rhs"], self.codes["rhs"], store.MOMENTS)
+        width, _, moments = role.partition(" ")
+        if moments:
+            return kernels.moments(lambda: self.programs["rhs"], self.codes["rhs"], int(width))
         return kernels.kernel(lambda: self.programs[role], self.codes[role], self.alone)
 
-    @property
-    def together(self) -> bool:
-        """True where a kernel of several moments is compiled, or would pay for it."""
-        if "moments" in self.compiled:
+    def fuses(self, width: int) -> bool:
+        """True where a kernel of so many moments is compiled, or would pay for it."""
+        if f"{width} moments" in self.compiled:
             return True
         steps = self.compiled.steps
-        pays = steps > HOT or (steps > WARM and self._moments_stored)
+        pays = steps > HOT or (steps > WARM and width in self._stored)
         return pays and self.takes_moments
 
     @cached_property
-    def _moments_stored(self) -> bool:
-        """True where the store had the kernel of several moments when it was looked up."""
-        return store.holds(kernels.text_of_moments(self.codes["rhs"], store.MOMENTS))
+    def _stored(self) -> set[int]:
+        """Numbers of moments whose kernels the store had when they were looked up."""
+        widths, text = (store.MOMENTS, 2 * store.MOMENTS), self.codes["rhs"]
+        return {w for w in widths if store.holds(kernels.text_of_moments(text, w))}
 
     @cached_property
     def compiled(self) -> Compiled:

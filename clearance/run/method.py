@@ -3,7 +3,6 @@ is held up.
 """
 
 import logging
-import math
 from importlib import import_module
 
 import numpy as np
@@ -12,7 +11,7 @@ from clearance.machine import store
 from clearance.run.options import STAGED, choose_method, implicit, kernel_roles
 from clearance.stepping import status
 from clearance.stepping.state import CONTACTS, FUNCTIONS, KERNELS, PULL, RATE_X, STEPPER
-from clearance.stepping.types import MOMENTS, announced
+from clearance.stepping.types import announced
 
 LOG = logging.getLogger("clearance")
 # trial steps between two looks at the pace, and those of a run at which it ends
@@ -45,6 +44,14 @@ class Method:
         """Names of all steppers so far."""
         return ", ".join(self.names)
 
+    @property
+    def fuses(self) -> bool:
+        """True where the stages of the stepper in use are evaluated together."""
+        if self.current not in STAGED:
+            return False
+        stepper = import_module(f"clearance.stepping.{self.current}")
+        return self.run.mechanism.structure.fuses(stepper.MOMENTS)
+
     def use(self, name: str) -> None:
         """Use a stepper: its functions, the kernels it needs, its scratch."""
         run, mechanism = self.run, self.run.mechanism
@@ -52,11 +59,11 @@ class Method:
         self.roles = kernel_roles(mechanism, name)
         if not run.outputs:
             self.roles.remove("observe")
-        together = name in STAGED and mechanism.structure.together
-        called = [*self.roles, "moments"] if together else self.roles
         # the loop takes a function for every role; one that is not needed is never called, so any
         # will do
-        functions = {role: mechanism.kernel(role if role in called else "rhs") for role in KERNELS}
+        functions = {r: mechanism.kernel(r if r in self.roles else "rhs") for r in KERNELS}
+        if together := self.fuses:
+            functions["moments"] = mechanism.kernel(f"{stepper.MOMENTS} moments")
         functions |= {part: getattr(stepper, part) for part in STEPPER}
         touching = import_module("clearance.stepping.contacts") if run.touchable else None
         functions |= {part: getattr(touching, part, stepper.step) for part in CONTACTS}
@@ -64,8 +71,8 @@ class Method:
             functions["observe"] = run.loop.copy_state
         self.links = {part: store.address(f, FUNCTIONS[part]) for part, f in functions.items()}
         # times and states of stages that are evaluated together, and their rates
-        blocks = 2 * math.ceil(stepper.STAGES / MOMENTS) if together else 0
-        self.links["together"] = np.zeros((blocks, MOMENTS * (mechanism.y0.size + 1)))
+        numbers = (2, stepper.MOMENTS * (mechanism.y0.size + 1)) if together else (0, 0)
+        self.links["together"] = np.zeros(numbers)
         run.resize(scratch=stepper.ROWS)
         run.state.order, run.state.degree = stepper.ORDER, stepper.DEGREE
 
@@ -103,8 +110,7 @@ class Method:
 
     def _use_fused_stages(self) -> None:
         """Take the kernel that only a structure of many steps pays for; no bit changes."""
-        alone = self.current in STAGED and not self.links["together"].size
-        if alone and self.run.mechanism.structure.together:
+        if not self.links["together"].size and self.fuses:
             self.use(self.current)
 
     def _crawls(self, tried: int, passed: float) -> bool:

@@ -94,7 +94,7 @@ class Run:
     def _begin(self) -> None:
         """Stand at the start, as an earlier run of the scene did that had the same numbers."""
         mechanism, method = self.mechanism, self.method
-        about = mechanism.own, self.span, self.solver, self.outputs, mechanism.structure.together
+        about = mechanism.own, self.span, self.solver, self.outputs, method.fuses
         cast, roles, links = mechanism.remembered(("begun", *about), self._begun)
         self.state = cast(mechanism.par)
         method.roles, method.links = roles, links | {"together": self.state.together}
@@ -291,14 +291,14 @@ class Run:
 
         A status code.
         """
-        began, worked, state = clock.perf_counter(), self._worked(), self.state
-        until = min(until, self.span.until)
+        state, until = self.state, min(until, self.span.until)
         state.end = min(until, self._next_stop())
         before, tried, since = state.steps, int(state.steps + state.rejected), state.time
+        began, worked = clock.perf_counter(), self._worked()
         code = self.loop.run(state.address, self.budget)
-        self.mechanism.structure.compiled.steps += int(state.steps - before)
         self.cpu += self._worked() - worked
         self.wall += clock.perf_counter() - began
+        self.mechanism.structure.compiled.steps += int(state.steps - before)
         self._hand_over()
         tried = int(state.steps + state.rejected) - tried
         code = self.method.judge(code, tried, state.time - since)

@@ -262,7 +262,7 @@ def refine(s, t, h, k, low, high):
                 return
         summit = min(max(summit, low + EDGE * width), high - EDGE * width)
         value = seen_inside(s, t, h, k, summit)
-        if n > 0 and abs(summit - b) < SETTLED * span:
+        if n == ROUNDS - 1 or (n > 0 and abs(summit - b) < SETTLED * span):
             return
         span *= CLOSER
         a, b, c = max(low, summit - span), summit, min(high, summit + span)

@@ -92,24 +92,29 @@ def weigh(s, begin, end):
     s.nodes[MOMENT, NODES - 1] = first + second + third
 
 
-@shared
-def integrate(s, begin, end, share):
-    """Integrals of the squares between two places, into their row; the largest of the highest
-    terms, over its limit.
+@inline
+def integrate(s, begin, end):
+    """Integrals of the squares between two places, into their row."""
+    weigh(s, begin, end)
+    for k in range(s.squares):
+        s.integrals[SUMMAND, k] = s.nodes[MOMENT, 0] * s.integrals[DIFFERENCE, k]
+    for j in range(1, NODES):
+        for k in range(s.squares):
+            s.integrals[SUMMAND, k] += s.nodes[MOMENT, j] * s.integrals[DIFFERENCE + j, k]
+
+
+@inline
+def excess(s, share):
+    """The largest of the highest terms of these integrals, over its limit.
 
     share: of the time so far that the interval takes.
     """
-    weigh(s, begin, end)
-    largest, limit = 0.0, s.limit * share
+    largest, limit, moment = 0.0, s.limit * share, s.nodes[MOMENT, NODES - 1]
     for k in range(s.squares):
-        total, term = 0.0, 0.0
-        for j in range(NODES):
-            term = s.nodes[MOMENT, j] * s.integrals[DIFFERENCE + j, k]
-            total += term
-        s.integrals[SUMMAND, k] = total
-        allowed = limit * (s.integrals[SUM, k] + abs(total))
-        if abs(term) > largest * allowed:
-            largest = abs(term) / allowed
+        term = abs(moment * s.integrals[DIFFERENCE + NODES - 1, k])
+        allowed = limit * (s.integrals[SUM, k] + abs(s.integrals[SUMMAND, k]))
+        if term > largest * allowed:
+            largest = term / allowed
     return largest
 
 
@@ -223,23 +228,26 @@ def add_interval(s, t, h, low, high, seen, turning):
     """
     begin, now, inner = (low - high) * h, t + high * h, 1 if seen or turning else 0
     share = -begin / (now - s.begin)
-    over = integrate(s, begin, 0.0, share) * LEFT**inner
+    integrate(s, begin, 0.0)
+    over = excess(s, share) * LEFT**inner
     while over > 1.0 and inner < MOST:
         inner, over = inner + 1, LEFT * over
     if s.fresh == 1 or (seen and inner == 2):
         inner, s.fresh = MOST, 0
     if inner > 0:
         look_inside(s, t, h, low, high, inner, seen)
-        integrate(s, begin, 0.0, share)
+        integrate(s, begin, 0.0)
     add_times(s, t, h, low, high, inner)
+    done = begin
     while s.parts < s.totals.shape[0] - 1:
         end = (s.parts + 1) * s.part - now
         if end > -SLIVER * h:
             break
-        if end > begin + SLIVER * h:
-            integrate(s, begin, end, share)
+        if end > done + SLIVER * h:
+            integrate(s, done, end)
             add(s)
-            begin = end
-            integrate(s, begin, 0.0, share)
+            done = end
         s.parts += 1
+    if done > begin:
+        integrate(s, done, 0.0)
     add(s)

@@ -18,7 +18,7 @@ from clearance.machine.numba_record import constant
 from clearance.stepping import status
 from clearance.stepping.linear import factor, rate_matrix, solve
 from clearance.stepping.tableaus import Collocation
-from clearance.stepping.types import MOMENTS, inline
+from clearance.stepping.types import inline
 
 constant(Collocation)  # a scheme's tables are known where its stepper is compiled
 ITERATIONS = 10
@@ -153,17 +153,15 @@ def rates(k, run, t, h):
                 trial[i] = y[i] + m[s, i]
             run.rhs(t + k.c[s] * h, trial, par, work, m[stages + s])
         return
-    blocks = (stages + MOMENTS - 1) // MOMENTS
-    for b in range(blocks):
-        for lane in range(MOMENTS):
-            s = min(b * MOMENTS + lane, stages - 1)
-            together[b, lane] = t + k.c[s] * h
-            for i in range(n):
-                together[b, (1 + i) * MOMENTS + lane] = y[i] + m[s, i]
-        run.moments(t, together[b], par, work, together[blocks + b])
-        for s in range(b * MOMENTS, min((b + 1) * MOMENTS, stages)):
-            for i in range(y.size):
-                m[stages + s, i] = together[blocks + b, i * MOMENTS + s - b * MOMENTS]
+    for lane in range(k.moments):
+        s = min(lane, stages - 1)
+        together[0, lane] = t + k.c[s] * h
+        for i in range(n):
+            together[0, (1 + i) * k.moments + lane] = y[i] + m[s, i]
+    run.moments(t, together[0], par, work, together[1])
+    for s in range(stages):
+        for i in range(y.size):
+            m[stages + s, i] = together[1, i * k.moments + s]
 
 
 @inline

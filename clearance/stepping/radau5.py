@@ -5,7 +5,7 @@ from clearance.stepping.state import state_at
 from clearance.stepping.tableaus import RADAU5
 from clearance.stepping.types import STEP_SIGNATURE, compiled
 
-STAGES = RADAU5.c.size
+STAGES, MOMENTS = RADAU5.c.size, RADAU5.moments
 ORDER = STAGES + 1  # of the error estimate's defect: what the step size goes by
 DEGREE = STAGES  # of the dense output
 ROWS = 4 * STAGES + radau.LU  # scratch: rows of `matrix`, beside one per state

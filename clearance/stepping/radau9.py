@@ -5,7 +5,7 @@ from clearance.stepping.state import state_at
 from clearance.stepping.tableaus import RADAU9
 from clearance.stepping.types import STEP_SIGNATURE, compiled
 
-STAGES = RADAU9.c.size
+STAGES, MOMENTS = RADAU9.c.size, RADAU9.moments
 ORDER = STAGES + 1  # of the error estimate's defect: what the step size goes by
 DEGREE = STAGES  # of the dense output
 ROWS = 4 * STAGES + radau.LU  # scratch: rows of `matrix`, beside one per state

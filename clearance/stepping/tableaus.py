@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearance.machine.store import MOMENTS
+
 # nodes, stage matrix (row 12 holds the weights), error weights (orders 5 and 3), dense output
 # weights
 
@@ -268,7 +270,8 @@ class Collocation(NamedTuple):
     c, a: nodes and stage matrix; real, pairs: eigenvalues of inv(a), the real one and one of each
     complex pair; t, ti: stages = t transformed, transformed = ti stages, ordered (real, then real
     and imaginary part of each pair); e: weights of the error estimate of order c.size; basis: rows
-    of the nested dense output from the stages; end: h y' at the end of the step from the stages.
+    of the nested dense output from the stages; end: h y' at the end of the step from the stages;
+    moments: that are evaluated together, all stages in entire registers.
     """
 
     c: np.ndarray
@@ -280,6 +283,7 @@ class Collocation(NamedTuple):
     e: np.ndarray
     basis: np.ndarray
     end: np.ndarray
+    moments: int
 
 
 def nested(theta: float, rows: int) -> np.ndarray:
@@ -301,7 +305,8 @@ def _collocation(size: int, text: str) -> Collocation:
     c, a, real, pairs, t, ti, e, basis, end = (
         part.reshape(size, size) if part.size == size**2 else part for part in parts
     )
-    return Collocation(c, a, float(real[0]), pairs.view(complex), t, ti, e, basis, end)
+    pairs, moments = pairs.view(complex), -(-size // MOMENTS) * MOMENTS
+    return Collocation(c, a, float(real[0]), pairs, t, ti, e, basis, end, moments)
 
 
 RADAU5 = _collocation(

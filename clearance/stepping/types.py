@@ -16,7 +16,6 @@ from clearance.files.sealed import digest_of_code
 from clearance.machine.store import (
     COMPILED,
     KERNEL,
-    MOMENTS,
     OPTIONS,
     Entry,
     cached,
@@ -131,4 +130,4 @@ def announced() -> Iterator[None]:
         yield
 
 
-__all__ = ["KERNEL", "MOMENTS", "compiled", "inline", "pasted", "shared"]
+__all__ = ["KERNEL", "compiled", "inline", "pasted", "shared"]

@@ -20,7 +20,7 @@ from clearance.machine import store
 from clearance.mechanism import build as building
 from clearance.mechanism import structure
 from clearance.mechanism.build import build
-from clearance.stepping.types import MOMENTS
+from clearance.stepping import radau5, radau9
 from clearance.studies.explain import explain
 from clearance.tracing.kernels import plain_kernel, takes_moments
 from tests import mechanisms as m
@@ -108,22 +108,23 @@ class TestMoments:
     """They are taken where the processor fuses: elsewhere functions are called moment by moment."""
 
     @pytest.mark.parametrize("name", few_of(["table", "film", "dry", "newton"], 2))
-    def test_each_moment_is_that_of_the_kernel(self, name):
+    @pytest.mark.parametrize("width", [radau5.MOMENTS, radau9.MOMENTS])
+    def test_each_moment_is_that_of_the_kernel(self, name, width):
         """Bit for bit, at other times and states in each."""
         mechanism = build(SCENES[name]())
         assert takes_moments(mechanism.structure.programs["rhs"]) == store.FUSES
-        times = np.random.default_rng(1).uniform(0.0, 0.1, MOMENTS)
-        states = np.array([moved(mechanism, seed) for seed in range(MOMENTS)])
+        times = np.random.default_rng(1).uniform(0.0, 0.1, width)
+        states = np.array([moved(mechanism, seed) for seed in range(width)])
         together, work = np.zeros(states.size), np.append(mechanism.work0, 0.0)
         both = np.concatenate([times, states.T.ravel()])
-        mechanism.kernel("moments")(0.0, both, mechanism.par, work, together)
-        for i in range(MOMENTS):
+        mechanism.kernel(f"{width} moments")(0.0, both, mechanism.par, work, together)
+        for i in range(width):
             alone = np.zeros(states.shape[1])
             mechanism.kernel("rhs")(times[i], states[i], mechanism.par, work, alone)
-            np.testing.assert_array_equal(together.reshape(-1, MOMENTS)[:, i], alone)
+            np.testing.assert_array_equal(together.reshape(-1, width)[:, i], alone)
 
-    @pytest.mark.parametrize("method", ["radau5", "radau9"])
-    def test_a_run_has_the_same_bits_with_and_without(self, method, monkeypatch):
+    @pytest.mark.parametrize("stepper", [radau5, radau9])
+    def test_a_run_has_the_same_bits_with_and_without(self, stepper, monkeypatch):
         """From a structure's first step on, from the run's second call of the loop on, or never;
         likewise where the store has the kernel.
         """
@@ -134,10 +135,12 @@ class TestMoments:
             monkeypatch.setattr(structure, "_compiled", {})
             monkeypatch.setattr(building, "_structures", {})
             scene = cl.load_case("slider_crank", model="lubricated", film="pinkus_sternlicht")
+            method = stepper.__name__.rpartition(".")[2]
             options = {"method": method, "samples_per_turn": 20, "error": None}
             results.append(cl.simulate(scene, turns=6, **options))
             taken = store.FUSES and min(hot, warm) < never
-            assert ("moments" in build(scene).structure.compiled) == taken
+            moments = f"{stepper.MOMENTS} moments"
+            assert (moments in build(scene).structure.compiled) == taken
         for result in results[:-1]:
             assert result.attributes["kernel"] == results[-1].attributes["kernel"]
             for path in ("joints/C/eccentricity_x", "joints/C/force_y", "energy/dissipated"):
