@@ -23,7 +23,7 @@ from numba.core.transforms import canonicalize_cfg
 from numba.core.types.functions import BaseFunction
 from numba.core.typing import Signature
 
-from clearance.machine.store import PlainCode
+from clearance.machine.store import PlainCode, UnrolledCode
 
 #: in order. Left out are those for closures, contexts, literals, generators, overloads that are
 #: put into their callers, and expressions of arrays: no function here has any.
@@ -135,12 +135,20 @@ class Whole(CompilerBase):
 class Plain(Whole):
     """The compiler of a function whose loops are not worth more code than they have."""
 
+    code: type = PlainCode
+
     def define_pipelines(self) -> list[PassManager]:
         """Numba's passes, with lighter ones of LLVM."""
         codegen, name = self.state.targetctx.codegen(), self.state.func_id.func_qualname
-        self.state.library = PlainCode(codegen, name)
+        self.state.library = self.code(codegen, name)
         self.state.library.enable_object_caching()
         return super().define_pipelines()
+
+
+class Unrolled(Plain):
+    """The compiler of a function whose loops are worth more code."""
+
+    code = UnrolledCode
 
 
 class Part(Whole):

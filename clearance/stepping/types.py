@@ -31,9 +31,9 @@ IN_LANES = "compiling: the time loop in lanes, once for each installation (some 
 #: versions of numba that the tests ran with; others are tried all the same
 TESTED = ("0.62", "0.68")
 try:
-    from clearance.machine.numba_passes import Part, Plain, Whole
+    from clearance.machine.numba_passes import Part, Plain, Unrolled, Whole
 except (ImportError, AttributeError) as lacking:
-    Part = Plain = Whole = Compiler
+    Part = Plain = Unrolled = Whole = Compiler
     LOG.warning(
         f"numba {numba.__version__} is not as the tested {' and '.join(TESTED)} ({lacking}): "
         f"it compiles the time loop in its own way, some ten seconds longer, once"
@@ -72,7 +72,7 @@ def compiled(signature, arrays: bool = False, unrolled: bool = True):
     arrays: it is called from Python with arrays. Numba's cache has it.
     unrolled: its loops take most of the time of a run, and are worth more code.
     """
-    pipeline = Whole if unrolled else Plain
+    pipeline = Unrolled if unrolled else Plain
 
     def decorate(function):
         if not COMPILED:

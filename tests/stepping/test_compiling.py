@@ -141,8 +141,8 @@ print(json.dumps(loaded))
 HIDING = """
 from numba.core import untyped_passes
 del untyped_passes.FixupArgs  # numba itself needs it no more
-from clearance.stepping.types import Compiler, Part, Plain, Whole, compiled, inline, int64
-assert Part is Plain is Whole is Compiler
+from clearance.stepping.types import Compiler, Part, Plain, Unrolled, Whole, compiled, inline, int64
+assert Part is Plain is Unrolled is Whole is Compiler
 
 @inline
 def doubled(x):
