@@ -611,7 +611,8 @@ class Recorder:
         ranges = None
         if self.last is not None:
             ranges = Ranges(lambda: (self.summary.low, self.summary.high, *located()))
-        self.sink.close(status, solver, warnings, Later(facts), ranges)
+        sink, self.sink = self.sink, None  # which holds this one from now on, for what is late
+        sink.close(status, solver, warnings, Later(facts), ranges)
 
     def _know_extremes(self, extremes: Extremes | None, quantity: str, fact: str) -> None:
         """Extremes of the entire run as attributes of the joints, with their times."""

@@ -2,6 +2,7 @@
 
 import math
 from typing import TYPE_CHECKING
+from weakref import proxy
 
 import numpy as np
 
@@ -50,7 +51,7 @@ class Diagnosis:
     """
 
     def __init__(self, run, recorder: Recorder | None = None):
-        self.run, self.recorder = run, recorder
+        self.run, self.recorder = proxy(run), recorder
         self.spoilt = self.escaped = ""
         self.dead_centre = ""  # of which loop, once the ledger has failed there
         # share of the energy whose loss has loops looked at

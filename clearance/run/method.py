@@ -4,6 +4,7 @@ is held up.
 
 import logging
 from importlib import import_module
+from weakref import proxy
 
 import numpy as np
 
@@ -29,7 +30,7 @@ class Method:
     """
 
     def __init__(self, run):
-        self.run = run
+        self.run = proxy(run)  # which holds it: no circle, so that its memory is free at once
         first, self.reason = choose_method(run.mechanism, run.solver.method, run.rtol)
         self.names, self.paced = [first], False
         self._pace = 0, 0.0  # trial steps and time since the last look

@@ -5,6 +5,7 @@ Records, diagnosis, progress, checkpoints and wear are observers.
 
 import math
 from collections.abc import Callable, Sequence
+from weakref import proxy
 
 import numpy as np
 
@@ -102,7 +103,7 @@ class Kinks(Observer):
     """
 
     def __init__(self, run):
-        self.run = run
+        self.run = proxy(run)
 
     def _crossings(self) -> list[tuple[float, float]]:
         """Times right before kinks, with the kinks."""

@@ -231,7 +231,7 @@ class State:
     """
 
     def __init__(self, **sizes: int):
-        self.sizes, self.memory = sizes, _zeros(layout(**sizes))
+        self.sizes, self.memory = sizes, _memory(layout(**sizes))
 
     def __getattr__(self, name: str):
         if name in NUMBERS:
@@ -257,7 +257,8 @@ class State:
         move, together = mover(STATE, self) if COMPILED else None, self.together
 
         def cast(par: np.ndarray) -> State:
-            state, memory = State.__new__(State), _zeros(kind)
+            # room for output is not cleared: it would take longer than all of this
+            state, memory = State.__new__(State), _memory(kind, np.empty)
             vars(state).update(functions, sizes=sizes, memory=memory, par=par)
             vars(state)["together"] = together.copy() if together.size else together
             state.head[:] = head
@@ -270,7 +271,7 @@ class State:
         """The same numbers and arrays, but those of output, which are empty; no loop takes it."""
         sizes = self.sizes | {"rows": 0, "log": 0, "impacts": 0}
         kind, state = layout(**sizes), State.__new__(State)
-        vars(state).update(sizes=sizes, memory=_zeros(kind))
+        vars(state).update(sizes=sizes, memory=_memory(kind))
         state.head[:] = self.head
         return state
 
@@ -309,9 +310,9 @@ class State:
         vars(self).update(words=words, address=self if words is None else words.ctypes.data)
 
 
-def _zeros(kind: np.dtype) -> np.ndarray:
-    """One piece of memory, all zero; numpy takes twice the time to make one with many fields."""
-    return np.ndarray((), kind, np.zeros(kind.itemsize, np.uint8))
+def _memory(kind: np.dtype, make: Callable = np.zeros) -> np.ndarray:
+    """One piece of memory; numpy takes twice the time to make one with many fields."""
+    return np.ndarray((), kind, make(kind.itemsize, np.uint8))
 
 
 @inline
