@@ -193,7 +193,7 @@ class Diagnosis:
         touching = [j for j in mechanism.scene.clearance_joints if j.contact is not None]
         if not touching or not self.run.outputs or not self.run.state.started:
             return ""
-        row, output = self.run.outputs_here(), mechanism.layout.output
+        row, output = self.run.state.row, mechanism.layout.output  # where the last step ended
         for joint in touching:
             depth, (size, name) = -row[output[f"{joint.key}/gap"]], joint.solid
             if depth > max(clearances * joint.clearance, size):

@@ -234,18 +234,10 @@ class State:
         self.sizes, self.memory = sizes, _memory(layout(**sizes))
 
     def __getattr__(self, name: str):
-        if name in NUMBERS:
-            return self.memory[name][()]
         if name not in ARRAYS:
             raise AttributeError(f"the state of a run has no {name!r}")
         vars(self)[name] = array = self.memory[name]
         return array
-
-    def __setattr__(self, name: str, value) -> None:
-        if name in NUMBERS:
-            self.memory[name] = value
-        else:
-            super().__setattr__(name, value)
 
     def mould(self) -> Callable[[np.ndarray], "State"]:
         """A function that makes states with these numbers, arrays and functions, and no output.
@@ -308,6 +300,18 @@ class State:
     def _stand(self, words: np.ndarray | None) -> None:
         """Take the words of the record."""
         vars(self).update(words=words, address=self if words is None else words.ctypes.data)
+
+
+def _number(name: str) -> property:
+    """A number of a run, as an attribute of its state."""
+    return property(
+        lambda state: state.memory[name][()],
+        lambda state, value: state.memory.__setitem__(name, value),
+    )
+
+
+for _name in NUMBERS:
+    setattr(State, _name, _number(_name))
 
 
 def _memory(kind: np.dtype, make: Callable = np.zeros) -> np.ndarray:
