@@ -215,19 +215,18 @@ class Block:
 
     def __init__(self, joint: ClearancePrismatic, m, w):
         self.joint, self.m, self.w = joint, m, w
+        self.number, self.show = partial(m.number, joint), partial(w.show, joint)
         self.offset, self.tilt = m.state(joint, "offset"), m.state(joint, "tilt")
         self.speed = m.rate(joint)
         self.cosine, self.sine = m.trace.cos(self.tilt.v), m.trace.sin(self.tilt.v)
-        self.half = tuple(0.5 * m.number(joint, n) for n in ("overlap", "height"))
-        self.wall = self.half[1] + m.number(joint, "clearance")
+        self.half = tuple(0.5 * self.number(n) for n in ("overlap", "height"))
+        self.wall = self.half[1] + self.number("clearance")
         self.along = self.across = self.moment = self.lost = self.friction = 0.0
         self.touching = {-1.0: 0.0, 1.0: 0.0}  # corners at each wall
         self.gap = None
-        w.show(joint, "offset", "m", "offset of the block across its guide", self.offset.v)
-        w.show(joint, "tilt", "rad", "tilt of the block in its guide", self.tilt.v)
-        w.show(
-            joint, "sliding_speed", "m/s", "speed of the block's centre along the guide", self.speed
-        )
+        self.show("offset", "m", "offset of the block across its guide", self.offset.v)
+        self.show("tilt", "rad", "tilt of the block in its guide", self.tilt.v)
+        self.show("sliding_speed", "m/s", "speed of the block's centre along the guide", self.speed)
 
     def corner(self, sx: float, sy: float) -> tuple:
         """A corner from the block's centre, in the guide's axes."""
@@ -237,10 +236,8 @@ class Block:
     @property
     def facts(self) -> FilmJoint:
         """Numbers that transitions read; a block has no radius."""
-        number = partial(self.m.number, self.joint)
-        return FilmJoint(
-            0.0, number("clearance"), number("width"), number("viscosity"), number("roughness")
-        )
+        names = "clearance", "width", "viscosity", "roughness"
+        return FilmJoint(0.0, *map(self.number, names))
 
     def film(self, name: str, sy: float) -> None:
         """Load, moment and drag of the film between a face and its wall.
@@ -249,12 +246,12 @@ class Block:
         reduced by the slope of that gap, as its rate is: the film then takes out of the block's
         motion what it takes out itself.
         """
-        m, w, joint = self.m, self.w, self.joint
+        m, joint = self.m, self.joint
         half, slope = self.half[0], self.sine / self.cosine
         turning = self.tilt.d / (self.cosine * self.cosine)
         gaps, rates, shares, gives = [], [], [], []
         for sx in (-1.0, 1.0):
-            gap = m.number(joint, "clearance") - sy * (self.offset.v + sx * half * slope)
+            gap = self.number("clearance") - sy * (self.offset.v + sx * half * slope)
             share, held, give, *_ = m.law(joint, "transition", [gap], self.facts)
             gaps.append(held)
             rates.append(give * (-sy * (self.offset.d + sx * half * turning)))
@@ -262,7 +259,7 @@ class Block:
             gives.append(give)
         mean, lean = (0.5 * (v[0] + v[1]) for v in (gaps, rates))
         steep, tilting = (0.5 * (v[1] - v[0]) / half for v in (gaps, rates))
-        face = PadFace(half, m.number(joint, "width"), m.number(joint, "viscosity"))
+        face = PadFace(half, self.number("width"), self.number("viscosity"))
         lever = sy * self.half[1]
         speed = self.speed - lever * self.tilt.d
         load, moment, drag = m.law(joint, "film", [mean, steep, lean, tilting, speed], face)
@@ -275,11 +272,8 @@ class Block:
         moment = moment / (self.cosine * self.cosine)  # its work is done on the slope's rate
         self.moment = self.moment + lever * drag - sy * moment
         self.lost = self.lost + drag * speed + sy * (load * self.offset.d + moment * self.tilt.d)
-        w.show(
-            joint, f"film_{name}", "N", f"load of the film at the {name}, away from the wall", load
-        )
-        w.show(
-            joint,
+        self.show(f"film_{name}", "N", f"load of the film at the {name}, away from the wall", load)
+        self.show(
             f"film_drag_{name}",
             "N",
             f"drag of the film at the {name}, against the sliding",
@@ -309,10 +303,8 @@ class Block:
         self.touching[sy] = self.touching[sy] + trace.select(touching, 1.0, 0.0)
         self.gap = -depth if self.gap is None else trace.select(self.gap + depth, -depth, self.gap)
         w.spot(joint, begins, rate)
-        w.show(joint, f"gap_{name}", "m", f"gap of corner {name}, {_place(sx, sy)}", -depth)
-        w.show(
-            joint, f"contact_force_{name}", "N", f"normal contact force on corner {name}", normal
-        )
+        self.show(f"gap_{name}", "m", f"gap of corner {name}, {_place(sx, sy)}", -depth)
+        self.show(f"contact_force_{name}", "N", f"normal contact force on corner {name}", normal)
 
     def _rub(self, name: str, sliding, normal):
         if self.joint.friction is None:
@@ -334,15 +326,13 @@ class Block:
         force = self.along * dx - self.across * dy, self.along * dy + self.across * dx
         w.pair(joint, *force, self.moment)
         w.lose(joint, self.lost)
-        w.show(joint, "gap", "m", "smallest gap of all corners, negative in contact", self.gap)
+        self.show("gap", "m", "smallest gap of all corners, negative in contact", self.gap)
         joint.show_force(w, force)
-        w.show(joint, "moment", "N m", f"moment on {body} about the block's centre", self.moment)
+        self.show("moment", "N m", f"moment on {body} about the block's centre", self.moment)
         if joint.friction is not None:
-            w.show(
-                joint, "friction", "N", f"friction force on {body} along the guide", self.friction
-            )
-        w.show(joint, "mode", "1", f"corners in contact: {_MODES}", self._mode())
-        w.show(joint, "power_loss", "W", "power the joint takes out of the mechanism", self.lost)
+            self.show("friction", "N", f"friction force on {body} along the guide", self.friction)
+        self.show("mode", "1", f"corners in contact: {_MODES}", self._mode())
+        self.show("power_loss", "W", "power the joint takes out of the mechanism", self.lost)
 
     def _mode(self):
         """Number of touching corners, one more where both walls are touched."""

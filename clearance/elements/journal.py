@@ -1,6 +1,7 @@
 """The journal of a hinge with clearance: forces of film, asperities, contact and friction on it."""
 
 from dataclasses import dataclass
+from functools import partial
 
 from clearance.laws.elastic_gap import beyond
 from clearance.laws.film import (
@@ -39,26 +40,27 @@ class Journal:
 
     def __init__(self, joint, m, w):
         self.joint, self.m, self.w = joint, m, w
-        self.clearance = m.number(joint, "clearance")
+        self.number, self.show = partial(m.number, joint), partial(w.show, joint)
+        self.clearance = self.number("clearance")
         self.force, self.torque_a, self.torque_b = (0.0, 0.0), 0.0, 0.0
         x, y = (m.state(joint, f"eccentricity_{axis}") for axis in "xy")
         self.rate = x.d, y.d
         self.spins = tuple(m.spin(body) for body in joint.bodies())
         self._polar(m.trace, x, y)
-        w.show(joint, "eccentricity_x", "m", "eccentricity of the journal in the bearing, x", x.v)
-        w.show(joint, "eccentricity_y", "m", "eccentricity of the journal in the bearing, y", y.v)
+        self.show("eccentricity_x", "m", "eccentricity of the journal in the bearing, x", x.v)
+        self.show("eccentricity_y", "m", "eccentricity of the journal in the bearing, y", y.v)
         text = "eccentricity of the journal over the radial clearance"
-        w.show(joint, "eccentricity_ratio", "1", text, self.distance / self.clearance)
+        self.show("eccentricity_ratio", "1", text, self.distance / self.clearance)
         text = "nominal minimum film thickness, clearance minus eccentricity"
-        w.show(joint, "gap", "m", text, self.gap)
+        self.show("gap", "m", text, self.gap)
         self.thickness_ratio = self.side_flow = 0.0
         self.depth = None  # penetration whose zero is the contact's start and end: past the gap's
         self.film_force = 0.0, 0.0
         self.column = None  # gap in the middle of a film on yielding surfaces
         if joint.roughness is not None:
-            self.thickness_ratio = self.gap / m.number(joint, "roughness")
+            self.thickness_ratio = self.gap / self.number("roughness")
             text = "nominal minimum film thickness over composite roughness"
-            w.show(joint, "film_thickness_ratio", "1", text, self.thickness_ratio)
+            self.show("film_thickness_ratio", "1", text, self.thickness_ratio)
 
     def _polar(self, trace, x, y) -> None:
         """Centre and velocity of the journal along n and t."""
@@ -81,9 +83,7 @@ class Journal:
         """Numbers of a law's `joint` argument."""
         wet = self.joint.film is not None
         absent = () if wet else ("length", "viscosity")
-        return tuple(
-            0.0 if n in absent else self.m.number(self.joint, n) for n in FilmJoint._fields
-        )
+        return tuple(0.0 if n in absent else self.number(n) for n in FilmJoint._fields)
 
     def shares(self) -> Shares:
         """Shares of film and contact by the transition."""
@@ -99,14 +99,14 @@ class Journal:
     def _show_states(self, weights: list) -> None:
         for name, weight in zip(("full film", "mixed", "dry"), weights, strict=True):
             text = f"membership of the film thickness ratio in the state {name}"
-            self.w.show(self.joint, f"membership_{name.replace(' ', '_')}", "1", text, weight)
+            self.show(f"membership_{name.replace(' ', '_')}", "1", text, weight)
 
     def _elastic_shares(self) -> Shares:
         """Shares by the film on elastic surfaces: what it deflects is the contact's penetration.
 
         The film law stands for it at the gap of rigid surfaces that carry the same load.
         """
-        m, w, joint, (spin_a, spin_b) = self.m, self.w, self.joint, self.spins
+        m, joint, (spin_a, spin_b) = self.m, self.joint, self.spins
         radius, clearance, length, viscosity, roughness = self.facts
         speed = radius * (spin_a + spin_b - 2.0 * self.sideways * self.inverse)
         facts = [radius, clearance, length, self._thin * viscosity, roughness]
@@ -115,9 +115,9 @@ class Journal:
         law = joint.transition.law
         share, *weights = m.of_law(joint, "transition", law.on_film, [film], self.facts)
         self._show_states(weights)
-        w.show(joint, "elastic_film", "m", "central film on the elastic surfaces", film)
+        self.show("elastic_film", "m", "central film on the elastic surfaces", film)
         text = "film of rigid surfaces that carries the load of the film on elastic ones"
-        w.show(joint, "rigid_film", "m", text, film_gap)
+        self.show("rigid_film", "m", text, film_gap)
         self.thickness_ratio = film / roughness
         return Shares(share, film_gap, slope, 1.0 - share, film - self.gap, film, give)
 
@@ -164,15 +164,13 @@ class Journal:
         if share.elastic is not None:
             pressure = self._flattened(pressure)
         if self.column is not None:  # what it yields by, over its compliance
-            pressure = (self.column - self.gap) / m.number(joint, "film/liner")
+            pressure = (self.column - self.gap) / self.number("film/liner")
         text = "film force on the journal {} the line of centres"
         for name, way, value in zip(
             ("radial", "tangential"), ("along", "across"), self.film_force, strict=True
         ):
-            self.w.show(joint, f"film_{name}", "N", text.format(way), value)
-        self.w.show(
-            joint, "film_pressure", "Pa", "estimate of the film's largest pressure", pressure
-        )
+            self.show(f"film_{name}", "N", text.format(way), value)
+        self.show("film_pressure", "Pa", "estimate of the film's largest pressure", pressure)
 
     @property
     def _thin(self):
@@ -180,14 +178,14 @@ class Journal:
         if self.joint.heat is None:
             return 1.0
         names = ("surroundings", "vogel", "vogel_zero")
-        laid = [self.m.number(self.joint, f"heat/{n}") for n in names]
+        laid = [self.number(f"heat/{n}") for n in names]
         return self.m.function(thinning, [self._warming(), *laid])[0]
 
     def _flattened(self, pressure):
         """Largest pressure of the film on elastic surfaces, from that on rigid ones."""
         from clearance.laws.line_contact import hertz_pressure
 
-        sizes = [self._film_load(), *self.facts[:3], self.m.number(self.joint, "elastic/modulus")]
+        sizes = [self._film_load(), *self.facts[:3], self.number("elastic/modulus")]
         return self.m.function(flattened, [pressure, *self.m.function(hertz_pressure, sizes)])[0]
 
     def _thicker(self, rigid, film):
@@ -240,7 +238,7 @@ class Journal:
         """Outputs that a film with data has of its own."""
         shown = self.m.shown(self.joint, "film", state, self.facts)
         for name, output in shown.items():
-            self.w.show(self.joint, name, *output)
+            self.show(name, *output)
         if "side_flow" in shown:
             *_, self.side_flow = shown["side_flow"]
         if "film_middle" in shown:
@@ -276,7 +274,7 @@ class Journal:
         """Normal force and friction at the contact point, which both bodies share: the journal's
         surface.
         """
-        m, w, joint = self.m, self.w, self.joint
+        m, joint = self.m, self.joint
         self.of_film = self.force, self.torque_a, self.torque_b
         self.depth = depth = -self.gap if share.penetration is None else share.penetration
         speed = m.impact_speed(joint)
@@ -284,19 +282,19 @@ class Journal:
             depth, speed = m.contact(joint, depth)
         (normal,) = m.law(joint, "contact", [depth, share.give * self.outward, speed])
         if share.elastic is not None:  # it counts as contact from the threshold mixed on
-            threshold = m.number(joint, "roughness") * m.number(joint, "transition/mixed")
+            threshold = self.number("roughness") * self.number("transition/mixed")
             self.depth = threshold - self.gap
         normal, load = share.contact * normal, 0.0
         if joint.asperity is not None:
             (load,) = m.law(joint, "asperity", [self.thickness_ratio], self.facts)
-            w.show(joint, "asperity_force", "N", "load of the asperities", load)
+            self.show("asperity_force", "N", "load of the asperities", load)
             if share.elastic is not None:
                 (normal,) = m.function(beyond, [normal, load])
-        w.show(joint, "contact_force", "N", "normal contact force", normal)
+        self.show("contact_force", "N", "normal contact force", normal)
         normal = normal + load
         if joint.film is not None:
             text = "share of asperities and contact in the load of film, asperities and contact"
-            w.show(joint, "asperity_share", "1", text, normal / (normal + self._film_load()))
+            self.show("asperity_share", "1", text, normal / (normal + self._film_load()))
         tangential = 0.0
         if joint.friction is not None:
             tangential = self._rub(normal)
@@ -307,7 +305,7 @@ class Journal:
         journal.
         """
         spin_a, spin_b = self.spins
-        radius = self.m.number(self.joint, "radius")
+        radius = self.number("radius")
         bearing_arm = self.distance + radius
         return self.sideways + spin_b * radius - spin_a * bearing_arm, bearing_arm, radius
 
@@ -317,7 +315,7 @@ class Journal:
         tangential = joint.rub(self.m, w, sliding, normal)
         self._add((0.0, 0.0), -(bearing_arm * tangential), radius * tangential)
         text = "friction force on the journal, positive along the turned line of centres"
-        w.show(joint, "friction", "N", text, tangential)
+        self.show("friction", "N", text, tangential)
         return tangential
 
     def _add(self, force, torque_a, torque_b) -> None:
@@ -337,7 +335,7 @@ class Journal:
         w.lose(joint, power)
         depth = -self.gap if self.depth is None else self.depth
         w.spot(joint, depth, self.approach)
-        w.show(joint, "power_loss", "W", "power the joint takes out of the mechanism", power)
+        self.show("power_loss", "W", "power the joint takes out of the mechanism", power)
         joint.show_force(w, self.force)
         if joint.heat is not None:
             self._heat(power)
@@ -355,20 +353,20 @@ class Journal:
         return self._above(heat.to.temperature(self.m))
 
     def _above(self, temperature):
-        return temperature - self.m.number(self.joint, "heat/surroundings")
+        return temperature - self.number("heat/surroundings")
 
     def _heat(self, power) -> None:
         """Heat of the oil: power loss, conduction, and oil that leaves warm and comes fresh."""
         m, w, joint, heat = self.m, self.w, self.joint, self.joint.heat
         capacity, conductance, surroundings, volumetric = (
-            m.number(joint, f"heat/{n}") if getattr(heat, n) is not None else 0.0
+            self.number(f"heat/{n}") if getattr(heat, n) is not None else 0.0
             for n in ("capacity", "conductance", "surroundings", "volumetric")
         )
         warming, flow = self._warming(), volumetric * self.side_flow
         power, beside = self._shared(power)
         gain = power - (conductance + flow) * warming
         if heat.supply is not None:
-            gain = gain + flow * self._above(m.number(joint, "heat/supply"))
+            gain = gain + flow * self._above(self.number("heat/supply"))
         if heat.stands_alone and heat.to is not None:
             around = self._above(heat.to.temperature(m))
             gain = gain + conductance * around
@@ -379,12 +377,12 @@ class Journal:
             beside = beside + gain
         if heat.to is not None:
             heat.to.take(m, w, beside)
-        w.show(joint, "oil_temperature", "K", "temperature of the oil", surroundings + warming)
+        self.show("oil_temperature", "K", "temperature of the oil", surroundings + warming)
 
     def _shared(self, power) -> tuple:
         """Power that heats the oil, and what heats the surfaces beside it."""
         if self.joint.heat.share == 1.0 or self.joint.contact is None:
             return power, 0.0
         of_film = self._power(*self.of_film)
-        taken = of_film + self.m.number(self.joint, "heat/share") * (power - of_film)
+        taken = of_film + self.number("heat/share") * (power - of_film)
         return taken, power - taken

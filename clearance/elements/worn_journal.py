@@ -49,7 +49,7 @@ class WornJournal(Journal):
             )
         self.place = [ex, ey, self.turn]
         self.motion = vx + spin_a * ey, vy - spin_a * ex, spin_b - spin_a
-        self.worn = m.number(joint, "worn")
+        self.worn = self.number("worn")
         depth, *slopes = m.of_law(joint, "outline", deepest, self.place, self._facts())
         rate = trace.sum(s * v for s, v in zip(slopes, self.motion, strict=True))
         self.gap = trace.select(self.worn, -depth, self.gap)
@@ -63,7 +63,7 @@ class WornJournal(Journal):
     def _at_outline(self, function, state: list, facts: tuple) -> list:
         """Outputs of a function of state, joint and the numbers of the outlines."""
         shape = (*["number"] * len(state), FilmJoint, "data", "number")
-        start = self.m.number(self.joint, "outline/start")
+        start = self.number("outline/start")
         return self.m.function(function, [*state, *facts, start], shape)
 
     def _of_film(self, share) -> tuple:
@@ -94,12 +94,12 @@ class WornJournal(Journal):
         law = joint.asperity.law
         order, factor = law.pressure
         (strength,) = m.function(
-            factor, [m.number(joint, f"asperity/{name}") for name in law.parameters]
+            factor, [self.number(f"asperity/{name}") for name in law.parameters]
         )
-        facts = self._facts(roughness=m.number(joint, "roughness"))
+        facts = self._facts(roughness=self.number("roughness"))
         values = self._at_outline(pressed, [*self.place, float(row_of(order))], facts)
-        length = m.number(joint, "contact/length")
-        return values, strength * length * m.number(joint, "radius")
+        length = self.number("contact/length")
+        return values, strength * length * self.number("radius")
 
     def contact(self, share) -> None:
         """Force and moment of the foundation, and friction by the normal load."""
@@ -117,7 +117,7 @@ class WornJournal(Journal):
         size = trace.sqrt(fx * fx + fy * fy + 1e-300)
         vx, vy, spin = self.motion
         rate = -(fx * vx + fy * vy + moment * spin) / size  # of the elastic energy over the force
-        par = {n: m.number(joint, f"contact/{n}") for n in joint.contact.law.parameters}
+        par = {n: self.number(f"contact/{n}") for n in joint.contact.law.parameters}
         (damping,) = m.function(hysteresis, [rate, speed, par["damping"], par["grazing_speed"]])
         stiffness = share.contact * touching * par["layer_modulus"] * damping
         scale = stiffness * par["length"] * par["radius"]
@@ -158,19 +158,19 @@ class WornJournal(Journal):
         fx, fy, load, moment = factor * fx, factor * fy, factor * load, factor * moment
         twist = moment if self.joint.journal_wears else 0.0
         self._add(self.m.pose(self.joint.a.body).turned(fx, fy), -twist, twist)
-        self.w.show(self.joint, "asperity_force", "N", "load of the asperities", load)
+        self.show("asperity_force", "N", "load of the asperities", load)
         return fx, fy, load
 
     def _show(self, normal) -> None:
-        w, joint = self.w, self.joint
-        w.show(joint, "contact_force", "N", "normal contact force", self.contact_force)
+        joint = self.joint
+        self.show("contact_force", "N", "normal contact force", self.contact_force)
         text = "normal load, integral of the solids' pressure: at least their force"
-        w.show(joint, "normal_load", "N", text, normal)
+        self.show("normal_load", "N", text, normal)
         if joint.film is not None:
             text = "share of asperities and contact in the load of film, asperities and contact"
-            w.show(joint, "asperity_share", "1", text, normal / (normal + self._film_load()))
+            self.show("asperity_share", "1", text, normal / (normal + self._film_load()))
         text = "sliding speed of the journal's surface in the bearing"
-        w.show(joint, "sliding_speed", "m/s", text, self._sliding()[0])
+        self.show("sliding_speed", "m/s", text, self._sliding()[0])
 
     def _wear(self, normal, speed) -> None:
         """Worn volumes, of laws for which the normal load gives them."""
