@@ -111,7 +111,7 @@ def blamed(element: Element, method: str) -> Iterator[None]:
         if ours(type(element)) or element.label() in str(error):
             raise
         kind = "" if type(error) is ValueError else f"{type(error).__name__}: "
-        hint = f"; {OF_TRACE}" if "Scalar" in str(error) else ""
+        hint = f"; {OF_TRACE}" if "scalar" in str(error).lower() else ""
         raise ValueError(f"{element.label()}: {method}: {kind}{error}{hint}") from error
 
 

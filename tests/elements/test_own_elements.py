@@ -202,7 +202,10 @@ ACTS = {
     "g: act: no state 'z'; it has \\['x'\\]": lambda self, m, w: m.state(self, "z"),
     "gives a rate to 'y', no state of order 1": lambda self, m, w: w.rate(self, "y", 1.0),
     "act: TypeError: .*; traced numbers take m.trace": (
-        lambda self, m, w: abs(m.state(self, "x").v)
+        lambda self, m, w: m.state(self, "x").v ** 2
+    ),
+    "has no truth value: use trace.select; traced numbers take m.trace": (
+        lambda self, m, w: max(m.state(self, "x").v, 0.0)
     ),
     "output f must be one number, got \\(\\)": lambda self, m, w: w.show(self, "f", "N", "", ()),
     "outputs: 'f' stands there twice": (
