@@ -15,12 +15,11 @@ repeats differ.
 """
 
 import numpy as np
-from clearance.paper_figures import workshop
+from clearance.paper_figures import ablation, workshop
 from clearance.postprocess.figures import finish, sheet, stroke
 
 import clearance as cl
 from clearance.results.tables import save_tables
-from clearance.studies import ablation
 
 PARAMETERS = {"model": "mixed", "joints": "B,C,E"}
 

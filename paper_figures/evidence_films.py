@@ -14,11 +14,10 @@ single states. The table of 65 x 65 nodes is that of runs.
 Not comparable: the source's optional Reynolds solution, whose mesh and results are not given.
 """
 
-from clearance.paper_figures import workshop
+from clearance.paper_figures import film_ladder, workshop
 from clearance.postprocess import film_pictures
 
 from clearance.film.bearing import Bearing
-from clearance.studies import film_ladder
 
 
 def draw(work: workshop.Workshop) -> None:

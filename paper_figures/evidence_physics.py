@@ -16,11 +16,10 @@ with load sharing and tabulated film counts as the finest.
 Not comparable: the distance of dry runs, which are chaotic: one sample of a statistical quantity.
 """
 
-from clearance.paper_figures import workshop
+from clearance.paper_figures import physics, workshop
 from clearance.postprocess import study_pictures
 
 from clearance.scene.catalogue import find_case
-from clearance.studies import physics
 
 #: elastic, spring and damper, hysteretic, with restitution, of cylinders, layered, of ADAMS
 CONTACTS = (

@@ -16,10 +16,8 @@ Assumed: the ranges; they enclose those of all sources.
 Not comparable: the sources report no failures and no residuals.
 """
 
-from clearance.paper_figures import workshop
+from clearance.paper_figures import stress, workshop
 from clearance.postprocess import study_pictures
-
-from clearance.studies import stress
 
 
 def draw(work: workshop.Workshop) -> None:

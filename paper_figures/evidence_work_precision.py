@@ -15,11 +15,10 @@ are compared by `clearance work-precision CASE --peers`, which needs the extra p
 and a multibody code by `python tests/benchmarks/multibody.py CASE`.
 """
 
-from clearance.paper_figures import workshop
+from clearance.paper_figures import work_precision, workshop
 from clearance.postprocess import study_pictures
 
 import clearance as cl
-from clearance.studies import work_precision
 
 SCENES = {
     "slider_crank": {"model": "lubricated", "film": "pinkus_sternlicht"},

@@ -46,6 +46,12 @@ SHARED = (
     "ball_joint_studies",
     "ball_joint_variants",
     "ball_joint_response",
+    "ablation",
+    "film_ladder",
+    "peers",
+    "physics",
+    "stress",
+    "work_precision",
 )
 KINDS = (".png", ".pdf")
 #: groups of figures in their order, by the source they answer

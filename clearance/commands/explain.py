@@ -18,7 +18,7 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Build the scene and print what was compiled."""
-    from clearance.studies import ablation
+    from clearance.paper_figures import ablation
     from clearance.studies.explain import explain
 
     case, values, scene = scene_of(options)

@@ -256,8 +256,8 @@ def _snapshots(options) -> int:
 def _convergence(options) -> int:
     import dataclasses
 
+    from clearance.paper_figures import film_ladder
     from clearance.postprocess import film_pictures
-    from clearance.studies import film_ladder
 
     meshes = film_ladder.convergence(_bearing(options), progress=Line(options))
     return publish(
@@ -272,8 +272,8 @@ def _convergence(options) -> int:
 
 
 def _ladder(options) -> int:
+    from clearance.paper_figures import film_ladder
     from clearance.postprocess import film_pictures
-    from clearance.studies import film_ladder
 
     study = film_ladder.ladder(options.turns, options.quick, Line(options))
     return publish(

@@ -21,8 +21,8 @@ def run(options) -> int:
     """
     import dataclasses
 
+    from clearance.paper_figures import stress
     from clearance.postprocess import study_pictures
-    from clearance.studies import stress
 
     if options.workers is not None and options.workers < 1:
         raise ValueError(f"--workers must be at least 1, got {options.workers}")

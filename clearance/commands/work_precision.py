@@ -30,8 +30,8 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Error against run time of solvers, or with --physics the price of choices of physics."""
+    from clearance.paper_figures import physics, work_precision
     from clearance.postprocess import study_pictures
-    from clearance.studies import physics, work_precision
 
     if options.physics and options.peers:
         raise ValueError("--physics compares choices of physics, not solvers: leave out --peers")

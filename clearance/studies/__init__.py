@@ -1,1 +1,1 @@
-"""The code about itself: error against run time, extremes, costs of parts."""
+"""Contents of compiled scenes, films along runs, and the set of benchmark problems."""

@@ -20,6 +20,9 @@ from publishing import publish, require
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT))
 
+from clearance.paper_figures import ablation, film_ladder  # noqa: E402
+from clearance.paper_figures.peers import dispatched  # noqa: E402
+
 import clearance as cl  # noqa: E402
 from clearance.film import bands  # noqa: E402
 from clearance.film.bearing import Bearing  # noqa: E402
@@ -32,8 +35,6 @@ from clearance.run.run import Run  # noqa: E402
 from clearance.scene import joint_options  # noqa: E402
 from clearance.scene.catalogue import find_case  # noqa: E402
 from clearance.stepping import status  # noqa: E402
-from clearance.studies import ablation, film_ladder  # noqa: E402
-from clearance.studies.peers import dispatched  # noqa: E402
 from clearance.tracing.interpreter import traced  # noqa: E402
 from clearance.tracing.kernels import compiled  # noqa: E402
 from tests.augmented import Augmented, augmented  # noqa: E402

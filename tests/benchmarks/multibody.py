@@ -10,8 +10,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent))
 
+from clearance.paper_figures.peers import PEERS  # noqa: E402
+
 from clearance.cli import main  # noqa: E402
-from clearance.studies.peers import PEERS  # noqa: E402
 from tests.oracles.exudyn import Exudyn  # noqa: E402
 
 if __name__ == "__main__":

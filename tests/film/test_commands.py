@@ -5,9 +5,10 @@ import math
 import h5py
 import numpy as np
 import pytest
+from clearance.paper_figures import film_ladder
 
 import clearance as cl
-from clearance.studies import film_ladder, films
+from clearance.studies import films
 from tests.film.states import bearing, moving
 
 

@@ -28,13 +28,13 @@ ONLY_IN = {
         "clearance.machine.numba_passes",
         "clearance.machine.numba_record",
         "clearance.stepping.types",
-        "clearance.studies.peers",
+        "paper_figures.peers",
     },
     "skfem": {"clearance.film.fem"},
     "scipy": {
         "clearance.metrics.statistics",
         "postprocess.tables",
-        "clearance.studies.peers",
+        "paper_figures.peers",
         "clearance.film.coefficients",
         "clearance.film.fem",
         "clearance.sweeping.scatter",
@@ -143,10 +143,13 @@ def test_no_module_imports_a_higher_layer():
     assert [edge for edge in sorted(edges) if layer(edge[1]) > layer(edge[0])] == []
 
 
+STUDIES = ("bench_data", "explain", "figures", "film", "stress", "work_precision")
+
+
 def test_figures_of_sources_serve_nobody_else():
-    """Only the commands that draw them, and that write the data of the ball joint, import them."""
+    """Only the commands that draw them, run their studies and write their data import them."""
     users = {name_of(path) for path in MODULES for wanted in imports(path) if "paper_fig" in wanted}
-    commands = {f"clearance.commands.{name}" for name in ("bench_data", "figures")}
+    commands = {f"clearance.commands.{name}" for name in STUDIES}
     assert {user for user in users if not user.startswith("paper_figures.")} == commands
 
 

@@ -46,7 +46,7 @@ SUBJECTS = {
     "Integrators": (
         "tests/stepping/test_tableaus.py",
         "tests/stepping/test_stepping.py",
-        "tests/studies/test_evidence.py",
+        "tests/paper_figures/test_evidence.py",
     ),
     "Periodic motion": ("tests/motions/test_periodic.py", "tests/motions/test_follow.py"),
     "Lyapunov exponents and spectra": ("tests/motions/test_lyapunov.py", "tests/postprocess/"),

@@ -9,13 +9,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from clearance.paper_figures import stress
+from clearance.paper_figures.stress import Cell, judge, matrix
 from clearance.postprocess import study_pictures
 
 import clearance as cl
 from clearance import cli
 from clearance.commands import common
-from clearance.studies import stress
-from clearance.studies.stress import Cell, judge, matrix
 from tests import mechanisms as m
 
 pytestmark = pytest.mark.slow

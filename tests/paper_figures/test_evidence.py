@@ -10,6 +10,8 @@ import math
 import h5py
 import numpy as np
 import pytest
+from clearance.paper_figures import ablation, physics, work_precision
+from clearance.paper_figures.peers import PEERS, dispatched
 from clearance.postprocess import study_pictures
 
 import clearance as cl
@@ -19,8 +21,6 @@ from clearance.mechanism.build import build
 from clearance.run.options import METHODS
 from clearance.scene.catalogue import find_case
 from clearance.scene.scene import reduced
-from clearance.studies import ablation, physics, work_precision
-from clearance.studies.peers import PEERS, dispatched
 from tests.oracles.exudyn import Exudyn
 from tests.stepping.test_stepping import ball
 

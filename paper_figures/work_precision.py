@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from clearance.paper_figures.peers import PEERS
 
 from clearance.accuracy.companion import THROUGHOUT
 from clearance.accuracy.horizon import DISPLACEMENT, NotSolved, Problem, parting
@@ -25,7 +26,6 @@ from clearance.results.tables import save_tables
 from clearance.run.options import LARGEST_SHARE, METHODS, Demand, affordable, choose_method
 from clearance.scene.scene import Scene
 from clearance.simulation import SimulationError, simulate
-from clearance.studies.peers import PEERS
 from clearance.values import checks
 
 RTOLS = tuple(10.0**-k for k in range(3, 13))
