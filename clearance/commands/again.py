@@ -4,6 +4,8 @@ import argparse
 import math
 from pathlib import Path
 
+from clearance.commands.common import add_options
+
 #: options that come from the file
 OF_THE_FILE = (
     "parameters",
@@ -25,12 +27,11 @@ OF_THE_FILE = (
 
 def add_option(p: argparse.ArgumentParser) -> None:
     """--again, and what the options are where none are given."""
-    p.add_argument(
-        "--again",
-        action="store_true",
-        help="CASE is a result file, or the folder of a fit: run it again, from the scene and the "
-        "options in it",
+    text = (
+        "CASE is a result file, or the folder of a fit: run it again, from the scene and the "
+        "options in it"
     )
+    add_options(p, {"--again": text})
     p.set_defaults(usual={name: p.get_default(name) for name in OF_THE_FILE})
 
 

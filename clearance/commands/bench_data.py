@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from clearance.commands.common import DONE, add_command, json_text, listed, number, seed_of
+from clearance.commands.common import add_command, add_options, listed, seed_of, show
 from clearance.values.units import quantity
 
 
@@ -11,33 +11,14 @@ def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "bench-data")
     p.add_argument("joint", metavar="JOINT", choices=["ball_joint"], help="ball_joint")
-    p.add_argument(
-        "-o", dest="output", metavar="FILE", help="measurement, .h5 or .csv (default ball_joint.h5)"
-    )
-    p.add_argument(
-        "--seed",
-        type=int,
-        default=0,
-        metavar="N",
-        help="of scatter and noise (0, nearest the source)",
-    )
-    p.add_argument(
-        "--scatter",
-        type=number,
-        default=0.16,
-        metavar="X",
-        help="of the level from run to run (0.16)",
-    )
-    p.add_argument(
-        "--preload",
-        default="5000",
-        metavar="LIST",
-        help="preloads [N], each with the complete programme: 2000,5kN (5000)",
-    )
-    p.add_argument(
-        "--noise", type=number, default=0.02, metavar="X", help="of the torque in N m (0.02)"
-    )
-    return p
+    options = {
+        "-o FILE": "measurement, .h5 or .csv (default ball_joint.h5)",
+        "--seed N": (0, "of scatter and noise, 0 is nearest the source"),
+        "--scatter X": (0.16, "of the level from run to run"),
+        "--preload LIST": ("5000", "preloads [N], each with the complete programme: 2000,5kN"),
+        "--noise X": (0.02, "of the torque in N m"),
+    }
+    return add_options(p, options)
 
 
 def run(options) -> int:
@@ -55,20 +36,9 @@ def run(options) -> int:
         r: {"trials": len((of := measurement.of(r)).trials), "samples": of.samples}
         for r in measurement.roles
     }
-    if options.json:
-        print(
-            json_text(
-                {
-                    "status": "complete",
-                    "file": str(path),
-                    "facts": measurement.facts,
-                    "roles": roles,
-                }
-            )
-        )
-        return DONE
-    print(f"{measurement.facts['title']}, seed {options.seed}: nothing of it was measured")
-    for role, n in roles.items():
-        print(f"  {role:<14} {n['trials']:>3} trials {n['samples']:>7} samples")
-    print(f"  file           {path}")
-    return DONE
+    document = {"status": "complete", "file": str(path), "facts": measurement.facts, "roles": roles}
+    rows = (
+        f"  {r:<14} {n['trials']:>3} trials {n['samples']:>7} samples" for r, n in roles.items()
+    )
+    head = f"{measurement.facts['title']}, seed {options.seed}: nothing of it was measured"
+    return show(options, document, [head, *rows, f"  file           {path}"])

@@ -3,29 +3,31 @@
 import argparse
 from pathlib import Path
 
-from clearance.commands.common import DONE, FAILED, Line, add_command, json_text, number
+from clearance.commands.common import (
+    DONE,
+    FAILED,
+    Line,
+    add_command,
+    add_options,
+    json_text,
+    number,
+)
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "benchmark", epilog="Their statements are in docs/benchmark.")
     p.add_argument(
-        "names",
-        metavar="NAME",
-        nargs="*",
-        help="problems to run, or their numbers (default: list all)",
+        "names", metavar="NAME", nargs="*", help="problems to run, or their numbers (default: all)"
     )
-    p.add_argument("--list", action="store_true", help="list the problems")
-    p.add_argument(
-        "--against",
-        metavar="CSV",
-        help="compare another code's values of one problem; exit status 1 where one is off",
-    )
-    p.add_argument("--rtol", type=number, metavar="R", help="tolerance of the motions (1e-11)")
-    p.add_argument(
-        "-o", dest="output", metavar="CSV", help="write the references of one, run nothing"
-    )
-    return p
+    options = {
+        "--list": "list the problems",
+        "--against CSV": "compare another code's values of one problem; exit status 1 where one is "
+        "off",
+        "--rtol R": (number, None, "tolerance of the motions (1e-11)"),
+        "-o CSV": "write the references of one, run nothing",
+    }
+    return add_options(p, options)
 
 
 def run(options) -> int:

@@ -6,6 +6,8 @@ import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
+from clearance.commands.common import add_options
+
 LOOKED_AT = 64  # turns over which a motion is looked at
 MEANING = (
     "the motion is chaotic; the request is for half of the 95 % interval over the mean of a turn"
@@ -14,20 +16,20 @@ MEANING = (
 
 def add_turns(command: argparse.ArgumentParser) -> None:
     """--max-turns and --starts."""
-    command.add_argument(
-        "--max-turns",
-        type=int,
-        metavar="N",
-        help="of chaotic motion, whose statistics --error requests (default 5%%): turns of all "
-        "starts together that "
-        "they may take, at least 40 a start (default 20000)",
-    )
-    command.add_argument(
-        "--starts",
-        type=int,
-        metavar="N",
-        help="of chaotic motion: runs side by side, from different starts (default 4)",
-    )
+    options = {
+        "--max-turns N": (
+            int,
+            None,
+            "of chaotic motion, whose statistics --error requests (default 5%): turns of all "
+            "starts together that they may take, at least 40 a start (default 20000)",
+        ),
+        "--starts N": (
+            int,
+            None,
+            "of chaotic motion: runs side by side, from different starts (default 4)",
+        ),
+    }
+    add_options(command, options)
 
 
 @dataclass(frozen=True)

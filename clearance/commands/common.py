@@ -8,6 +8,7 @@ import math
 import sys
 import textwrap
 import time
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from clearance.commands import COMMANDS
@@ -18,6 +19,9 @@ from clearance.values.checks import meant
 
 DONE, FAILED, WRONG = 0, 1, 2
 LOG_INTERVAL = 30.0  # seconds between the lines of a study whose stderr is no terminal
+GOES_ON = "the same command goes on where this stopped"
+#: names of options in the code, where they are others
+DESTINATIONS = {"-o": "output", "-p": "parameters", "--from": "start"}
 
 
 def add_command(commands, name: str, help: str | None = None, **more) -> argparse.ArgumentParser:
@@ -30,8 +34,10 @@ def add_command(commands, name: str, help: str | None = None, **more) -> argpars
     return commands.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.", **more)
 
 
-def log_to_terminal() -> None:
-    """Show remarks and progress of the loggers."""
+def log_to_terminal(options) -> None:
+    """Show remarks and progress of the loggers; nothing of them under --json."""
+    if options.json:
+        return
     logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
     logging.getLogger("skfem").setLevel(logging.WARNING)  # it reports every basis
 
@@ -57,12 +63,51 @@ def number(text: str) -> float:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
 
 
+#: what reads an option with a default of this kind
+PARSERS = {int: int, float: number}
+
+
 def share(text: str) -> float:
     """A tolerance: 1e-3, 5%."""
     try:
         return checks.share("tolerance", text)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def add_options(command: argparse.ArgumentParser, options: dict) -> argparse.ArgumentParser:
+    """Options and arguments by their words, which are name and metavar: "--points N". One without a
+    metavar is a flag; with " ..." at its end it may be repeated.
+
+    Each has its help, (default, help), or (kind, default, help). kind: a parser, or the unit of a
+    number; without it that of the default. The help states the default.
+    """
+    for words, entry in options.items():
+        name, _, metavar = words.partition(" ")
+        *kind, default, text = (None, entry) if isinstance(entry, str) else entry
+        parser = kind[0] if kind else PARSERS.get(type(default))
+        parser = quantity_of(parser) if isinstance(parser, str) else parser
+        about = {"default": default, "metavar": metavar.removesuffix(" ..."), "type": parser}
+        if not metavar:
+            about = {"default": False, "action": "store_true"}
+        elif metavar.endswith(" ..."):
+            about |= {"default": [], "action": "append"}
+            text += "; may be repeated"
+        elif default is not None:
+            shown = f"{default:g}" if isinstance(default, float) else default
+            text += f" (default {shown})"
+        if name in DESTINATIONS:
+            about["dest"] = DESTINATIONS[name]
+        command.add_argument(name, help=text.replace("%", "%%"), **about)
+    return command
+
+
+def pair(option: str, text: str, form: str = "NAME=VALUE") -> tuple[str, str]:
+    """Name and value of an option. Raises ValueError for a text of another form."""
+    name, equals, value = text.partition("=")
+    if not equals or not name:
+        raise ValueError(f"{option} {text}: expected {form}")
+    return name.strip(), value
 
 
 def seed_of(options) -> int:
@@ -77,29 +122,28 @@ def seed_of(options) -> int:
 def add_case(
     command: argparse.ArgumentParser,
     metavar: str = "NAME=VALUE",
-    text: str = "a case parameter, such as speed=300rpm, clearance=0.1mm or clearance=H7/f7; one "
-    "-p for each",
+    text: str = "a case parameter, such as speed=300rpm, clearance=0.1mm or clearance=H7/f7",
 ) -> None:
     """The case and its parameters, for scene_of; metavar, text: of a parameter."""
-    command.add_argument(
-        "case", metavar="CASE", help="name of a case, or path to your own .py or .toml file"
-    )
-    command.add_argument(
-        "-p", dest="parameters", metavar=metavar, action="append", default=[], help=text
-    )
+    options = {
+        "case CASE": "name of a case, or path to your own .py or .toml file",
+        f"-p {metavar} ...": text,
+    }
+    add_options(command, options)
 
 
-def add_length(command: argparse.ArgumentParser) -> None:
+def add_length(command) -> None:
     """Options of the length of a run, in turns or seconds, for length_of."""
-    length = command.add_mutually_exclusive_group()
-    length.add_argument("--turns", type=number, help="length in turns of the drive (default 2)")
-    length.add_argument(
-        "--until",
-        type=quantity_of("s"),
-        metavar="S",
-        help="length in seconds (default, where nothing turns evenly, 2 s or UNTIL of the case "
-        "file)",
-    )
+    options = {
+        "--turns TURNS": (number, None, "length in turns of the drive (default 2)"),
+        "--until S": (
+            "s",
+            None,
+            "length in seconds (default, where nothing turns evenly, 2 s or UNTIL of the case "
+            "file)",
+        ),
+    }
+    add_options(command.add_mutually_exclusive_group(), options)
 
 
 def existing(path: str | Path) -> Path:
@@ -112,20 +156,14 @@ def existing(path: str | Path) -> Path:
 
 def add_force(command: argparse.ArgumentParser) -> None:
     """--force, for requests that `clearance.run.options` refuses."""
-    command.add_argument(
-        "--force",
-        action="store_true",
-        help="begin even what needs more than 2^31 rows, a day or the free disk",
-    )
+    text = "begin even what needs more than 2^31 rows, a day or the free disk"
+    add_options(command, {"--force": text})
 
 
 def add_accept(command: argparse.ArgumentParser) -> None:
     """--accept-changes, for what goes on from its directory."""
-    command.add_argument(
-        "--accept-changes",
-        action="store_true",
-        help="go on although the package, a law, a file or a number of the scene has changed since",
-    )
+    text = "go on although the package, a law, a file or a number of the scene has changed since"
+    add_options(command, {"--accept-changes": text})
 
 
 def parameter_lines(case, values: dict, scene) -> list[str]:
@@ -195,9 +233,7 @@ def given(options, names: dict) -> dict[str, str]:
     """
     values: dict[str, str] = {}
     for item in options.parameters:
-        name, equals, text = item.partition("=")
-        if not equals:
-            raise ValueError(f"-p {item}: expected NAME=VALUE")
+        name, text = pair("-p", item)
         if name not in names:
             answer = f"{meant(name, names)}; it has {', '.join(names)}"
             raise ValueError(f"the case has no parameter {name!r}{answer}")
@@ -247,6 +283,26 @@ def make_folder(options) -> None:
     folder.mkdir(parents=True, exist_ok=True)
 
 
+@contextlib.contextmanager
+def noted(note: str) -> Iterator[None]:
+    """The note of an interrupt that does not state what is stored."""
+    try:
+        yield
+    except KeyboardInterrupt as request:
+        if not hasattr(request, "__notes__"):
+            request.add_note(note)
+        raise
+
+
+def show(options, document: dict, lines: Iterable[str], status: int = DONE) -> int:
+    """Print a document, or lines for people, and return the exit status."""
+    if options.json:
+        print(json_text(document))
+    elif not getattr(options, "quiet", False):
+        print("\n".join(lines))
+    return status
+
+
 def publish(options, lines: list[str], document: dict, save, draw, study, stem: str) -> int:
     """Print a study, and with -o keep its table, picture and data."""
     if options.output:
@@ -258,8 +314,7 @@ def publish(options, lines: list[str], document: dict, save, draw, study, stem: 
         ]
         (folder / f"{stem}.md").write_text("\n".join(lines) + "\n")
         lines = [*lines, "", *(f"wrote {f}" for f in document["files"])]
-    print(json_text(document) if options.json else "\n".join(lines))
-    return DONE
+    return show(options, document, lines)
 
 
 class Line:
@@ -279,6 +334,12 @@ class Line:
         elif self.logged and (always or now - self.last >= LOG_INTERVAL):
             self.last = now
             print(line, file=sys.stderr, flush=True)
+
+    def __enter__(self) -> "Line":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.clear()
 
     def clear(self) -> None:
         if self.shown:

@@ -3,17 +3,19 @@
 import argparse
 from fnmatch import fnmatchcase
 
-from clearance.commands.common import DONE, add_command, existing, json_text
+from clearance.commands.common import add_command, add_options, existing, show
 from clearance.files.texts import listed
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "diff")
-    p.add_argument("first", metavar="A.h5", help="a result file")
-    p.add_argument("second", metavar="B.h5", help="another one")
-    p.add_argument("--metrics", metavar="LIST", help='only these: "joint_B_*" (default all)')
-    return p
+    options = {
+        "first A.h5": "a result file",
+        "second B.h5": "another one",
+        "--metrics LIST": 'only these: "joint_B_*" (default all)',
+    }
+    return add_options(p, options)
 
 
 def _short(fact: object) -> str:
@@ -33,20 +35,19 @@ def run(options) -> int:
     if options.metrics:
         patterns = listed(options.metrics)
         rows = [r for r in rows if any(fnmatchcase(r.name, p) for p in patterns)]
-    if options.json:
-        about = [vars(r) | {"change": r.change, "beyond_errors": r.beyond} for r in rows]
-        facts = [{"name": n, "first": a, "second": b} for n, a, b in facts]
-        print(json_text({"facts": facts, "metrics": about}))
-        return DONE
-    lines = [f"  {name}: {_short(first)} | {_short(second)}" for name, first, second in facts]
-    print("\n".join(["not shared:", *lines] if lines else ["the runs share scene and options"]))
-    print(f"{'number':<40} {'A':>13} {'B':>13} {'B - A':>12} {'share':>9} {'errors':>9}")
+    document = {
+        "facts": [{"name": n, "first": a, "second": b} for n, a, b in facts],
+        "metrics": [vars(r) | {"change": r.change, "beyond_errors": r.beyond} for r in rows],
+    }
+    lines = ["not shared:" if facts else "the runs share scene and options"]
+    lines += [f"  {name}: {_short(first)} | {_short(second)}" for name, first, second in facts]
+    lines.append(f"{'number':<40} {'A':>13} {'B':>13} {'B - A':>12} {'share':>9} {'errors':>9}")
     for r in rows:
         share = f"{100.0 * r.relative:+8.3g}%" if r.first else "       -"
         errors = "" if r.errors is None else f"{r.errors:9.1e}"
         mark = "" if r.beyond else " within errors" if r.errors else " the same"
-        print(
+        lines.append(
             f"{r.name:<40} {r.first:13.6g} {r.second:13.6g} {r.change:12.4g} {share} {errors:>9}"
             f" {'' if r.units in ('-', '1') else r.units}{mark}"
         )
-    return DONE
+    return show(options, document, lines)

@@ -3,17 +3,22 @@
 import argparse
 import textwrap
 
-from clearance.commands.common import DONE, Line, add_case, add_command, json_text, scene_of
+from clearance.commands.common import (
+    DONE,
+    Line,
+    add_case,
+    add_command,
+    add_options,
+    json_text,
+    scene_of,
+)
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "explain")
     add_case(p)
-    p.add_argument(
-        "--cost", action="store_true", help="also measure what each part of such a scene costs"
-    )
-    return p
+    return add_options(p, {"--cost": "also measure what each part of such a scene costs"})
 
 
 def run(options) -> int:

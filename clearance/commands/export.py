@@ -3,12 +3,12 @@
 import argparse
 
 from clearance.commands.common import (
-    DONE,
     add_case,
     add_command,
-    json_text,
+    add_options,
     log_to_terminal,
     scene_of,
+    show,
 )
 
 
@@ -16,17 +16,13 @@ def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "export")
     add_case(p)
-    p.add_argument("--fmu", metavar="FILE.fmu", help="write a unit (FMI 3.0)")
-    p.add_argument("--c", metavar="FOLDER", help="write C99 source, with a main that prints a run")
-    p.add_argument(
-        "--page", metavar="FILE.html", help="write a page that computes: sliders move the mechanism"
-    )
-    p.add_argument(
-        "--check",
-        action="store_true",
-        help="run the unit by FMPy beside the own run, and print the largest difference",
-    )
-    return p
+    options = {
+        "--fmu FILE.fmu": "write a unit (FMI 3.0)",
+        "--c FOLDER": "write C99 source, with a main that prints a run",
+        "--page FILE.html": "write a page that computes: sliders move the mechanism",
+        "--check": "run the unit by FMPy beside the own run, and print the largest difference",
+    }
+    return add_options(p, options)
 
 
 def run(options) -> int:
@@ -37,8 +33,7 @@ def run(options) -> int:
         raise ValueError("export: give --fmu FILE.fmu, --c FOLDER or --page FILE.html")
     if options.check and options.fmu is None:
         raise ValueError("export: --check needs --fmu FILE.fmu")
-    if not options.json:
-        log_to_terminal()
+    log_to_terminal(options)
     _, values, scene = scene_of(options)
     exported = export(scene, c=options.c, fmu=options.fmu, page=options.page)
     model = exported.model
@@ -59,22 +54,19 @@ def run(options) -> int:
 
         differences = checked(model, exported.fmu)
         document["check"] = [vars(d) for d in differences]
-    if options.json:
-        print(json_text(document))
-        return DONE
     counts = (f"{len(document[k])} {k}" for k in ("states", "inputs", "parameters", "outputs"))
-    print(f"{scene.name}: {', '.join(counts)}")
+    lines = [f"{scene.name}: {', '.join(counts)}"]
     if exported.fmu:
-        print(f"wrote {exported.fmu}: sources, {_binaries(exported.platforms)}")
+        lines.append(f"wrote {exported.fmu}: sources, {_binaries(exported.platforms)}")
     if exported.c:
-        print(f"wrote {exported.c}; cc -std=c99 -O2 -ffp-contract=off {exported.c}/*.c -lm")
+        compiler = f"cc -std=c99 -O2 -ffp-contract=off {exported.c}/*.c -lm"
+        lines.append(f"wrote {exported.c}; {compiler}")
     if options.page:
-        print(f"wrote {options.page}")
+        lines.append(f"wrote {options.page}")
     for d in differences:
-        print(f"{d.kind}: within {d.share:.2g} of the size of {d.name} over {d.until:.6g} s")
-    for message in differences[0].messages if differences else ():
-        print(f"FMPy: {message}")
-    return DONE
+        lines.append(f"{d.kind}: within {d.share:.2g} of the size of {d.name} over {d.until:.6g} s")
+    lines += [f"FMPy: {message}" for d in differences[:1] for message in d.messages]
+    return show(options, document, lines)
 
 
 def _binaries(platforms: tuple[str, ...]) -> str:

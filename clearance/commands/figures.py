@@ -10,7 +10,7 @@ from fnmatch import fnmatch
 from multiprocessing import active_children, get_context
 from pathlib import Path
 
-from clearance.commands.common import DONE, FAILED, Line, add_command, json_text
+from clearance.commands.common import DONE, FAILED, Line, add_command, add_options, json_text
 from clearance.run.interrupts import end_groups, lead_group, terminable
 from clearance.values.checks import meant
 
@@ -38,33 +38,19 @@ def add(commands) -> argparse.ArgumentParser:
         nargs="*",
         help="figures or patterns such as 'feeder_*' (default: all but those of --measure)",
     )
-    p.add_argument(
-        "-o", dest="output", metavar="DIR", default="figures", help="folder (default figures)"
-    )
-    p.add_argument(
-        "--results",
-        metavar="DIR",
-        help="folder of runs and sweeps, to share them (default -o/results)",
-    )
-    p.add_argument(
-        "--workers",
-        type=int,
-        default=os.cpu_count() or 1,
-        metavar="N",
-        help="figures drawn at a time, but for those that measure run times (default: the number "
-        "of cores)",
-    )
-    p.add_argument(
-        "--measure",
-        action="store_true",
-        help="also the figures that measure the code: run times, scaling, extremes",
-    )
-    p.add_argument("--list", action="store_true", help="only list them")
-    p.add_argument(
-        "--quick", action="store_true", help="coarse previews: fewer turns, points and tolerances"
-    )
-    p.add_argument("--fresh", action="store_true", help="run again what has been run before")
-    return p
+    options = {
+        "-o DIR": ("figures", "folder"),
+        "--results DIR": "folder of runs and sweeps, to share them (default -o/results)",
+        "--workers N": (
+            os.cpu_count() or 1,
+            "figures drawn at a time, but for those that measure run times: one a core",
+        ),
+        "--measure": "also the figures that measure the code: run times, scaling, extremes",
+        "--list": "only list them",
+        "--quick": "coarse previews: fewer turns, points and tolerances",
+        "--fresh": "run again what has been run before",
+    }
+    return add_options(p, options)
 
 
 def run(options) -> int:

@@ -9,11 +9,10 @@ from clearance.commands.common import (
     DONE,
     Line,
     add_command,
+    add_options,
     json_text,
     make_folder,
-    number,
     publish,
-    quantity_of,
 )
 
 
@@ -21,103 +20,14 @@ def add(commands) -> list[argparse.ArgumentParser]:
     """The commands and their options."""
     film = add_command(commands, "film")
     whats = film.add_subparsers(dest="what", required=True, metavar="WHAT")
-    pressure = add_command(
-        whats, "pressure", help="pressure, load, friction and flow of a bearing in one state"
-    )
-    linear = add_command(
-        whats, "coefficients", help="stiffness and damping of a bearing's film about a load"
-    )
-    map_ = add_command(whats, "map", help="what the force table of a bearing holds, and its error")
-    shots = add_command(
-        whats, "snapshots", help="pressure fields along a run, from its result file"
-    )
-    meshes = add_command(
-        whats, "convergence", help="error of both solvers as their meshes are refined"
-    )
-    ladder = add_command(
-        whats, "ladder", help="error against run time of all films, single states and a feeder run"
-    )
-    for command in (pressure, linear, map_, meshes):
-        for name, default, text in _BEARING:
-            command.add_argument(
-                f"--{name}",
-                type=quantity_of(text[1]),
-                default=default,
-                help=f"{text[0]} ({default})",
-            )
-        command.add_argument(
-            "--cavitation", default="reynolds", help="reynolds, gumbel, none or mass_conserving"
-        )
-    for name, default, text in _REST:
-        linear.add_argument(
-            f"--{name}", type=quantity_of(text[1]), default=default, help=f"{text[0]} ({default})"
-        )
-    for name, default, text in _STATE:
-        pressure.add_argument(
-            f"--{name}", type=quantity_of(text[1]), default=default, help=f"{text[0]} ({default})"
-        )
-    pressure.add_argument(
-        "--groove",
-        action="append",
-        default=[],
-        metavar="ANGLE[,WIDTH[,LENGTH[,PRESSURE]]]",
-        help="oil supply: angle from the widest gap, width, axial share, pressure above ambient; "
-        "may be repeated",
-    )
-    pressure.add_argument("--solver", default="auto", help="auto, fast or fem")
-    for command in (pressure, shots):
-        command.add_argument(
-            "--mesh", type=_mesh, metavar="NxM", help="cells around x over half the length"
-        )
-    map_.add_argument(
-        "--roughness", type=quantity_of("m"), default="0", help="of the flow factors, 0: smooth (0)"
-    )
-    map_.add_argument(
-        "--nodes", type=int, default=33, help="nodes over eccentricity and direction (33)"
-    )
-    shots.add_argument("file", metavar="RUN.h5", help="a result file")
-    shots.add_argument("--joint", help="joint (default the first with a film)")
-    shots.add_argument(
-        "--count", type=int, default=6, metavar="N", help="moments over the last turn (6)"
-    )
-    ladder.add_argument(
-        "--turns", type=number, default=1.0, help="length of the feeder run in turns (1)"
-    )
-    ladder.add_argument("--quick", action="store_true", help="coarse meshes only")
-    every = {
-        pressure: _pressure,
-        linear: _coefficients,
-        map_: _map,
-        shots: _snapshots,
-        meshes: _convergence,
-        ladder: _ladder,
-    }
-    for command, action in every.items():
-        command.add_argument(
-            "-o", dest="output", metavar="DIR", help="folder for table, picture and data"
-        )
+    added = []
+    for name, (text, action, *options) in STUDIES.items():
+        command = add_command(whats, name, help=text)
+        for table in (*options, OUTPUT):
+            add_options(command, table)
         command.set_defaults(study=action)
-    return list(every)
-
-
-#: options of `clearance film`: name, default, (meaning, unit)
-_BEARING = (
-    ("radius", "10mm", ("journal radius", "m")),
-    ("clearance", "0.1mm", ("radial clearance", "m")),
-    ("length", "20mm", ("length of the bearing", "m")),
-    ("viscosity", "50cP", ("dynamic viscosity", "Pa s")),
-)
-_REST = (
-    ("load", "20N", ("steady load", "N")),
-    ("speed", "3000rpm", ("speed of the journal", "rad/s")),
-)
-_STATE = (
-    ("eccentricity", "0.8", ("eccentricity ratio", "1")),
-    ("rate", "0", ("rate of the eccentricity ratio", "1/s")),
-    ("entrainment", "300rpm", ("omega_J + omega_B - 2 gamma'", "rad/s")),
-    ("ambient", "0", ("ambient above cavitation pressure, 0: the same", "Pa")),
-    ("roughness", "0", ("composite roughness of the flow factors, 0: smooth", "m")),
-)
+        added.append(command)
+    return added
 
 
 def _mesh(text: str) -> tuple[int, int]:
@@ -285,3 +195,65 @@ def _ladder(options) -> int:
         study,
         "film_ladder",
     )
+
+
+OUTPUT = {"-o DIR": "folder for table, picture and data"}
+BEARING = {
+    "--radius RADIUS": ("m", "10mm", "journal radius"),
+    "--clearance CLEARANCE": ("m", "0.1mm", "radial clearance"),
+    "--length LENGTH": ("m", "20mm", "length of the bearing"),
+    "--viscosity VISCOSITY": ("Pa s", "50cP", "dynamic viscosity"),
+    "--cavitation NAME": ("reynolds", "reynolds, gumbel, none or mass_conserving"),
+}
+MESH = {"--mesh NxM": (_mesh, None, "cells around x over half the length")}
+STATE = {
+    "--eccentricity RATIO": ("1", "0.8", "eccentricity ratio"),
+    "--rate RATE": ("1/s", "0", "rate of the eccentricity ratio"),
+    "--entrainment W": ("rad/s", "300rpm", "omega_J + omega_B - 2 gamma'"),
+    "--ambient PRESSURE": ("Pa", "0", "ambient above cavitation pressure, 0: the same"),
+    "--roughness SIZE": ("m", "0", "composite roughness of the flow factors, 0: smooth"),
+    "--groove ANGLE[,WIDTH[,LENGTH[,PRESSURE]]] ...": "oil supply: angle from the widest gap, "
+    "width, axial share, pressure above ambient",
+    "--solver SOLVER": ("auto", "auto, fast or fem"),
+}
+LOAD = {
+    "--load LOAD": ("N", "20N", "steady load"),
+    "--speed SPEED": ("rad/s", "3000rpm", "speed of the journal"),
+}
+MAP = {
+    "--roughness SIZE": ("m", "0", "of the flow factors, 0: smooth"),
+    "--nodes N": (33, "nodes over eccentricity and direction"),
+}
+SHOTS = {
+    "file RUN.h5": "a result file",
+    "--joint NAME": "joint (default the first with a film)",
+    "--count N": (6, "moments over the last turn"),
+}
+LADDER = {
+    "--turns TURNS": (1.0, "length of the feeder run in turns"),
+    "--quick": "coarse meshes only",
+}
+#: studies by name: sentence, function, options
+STUDIES = {
+    "pressure": (
+        "pressure, load, friction and flow of a bearing in one state",
+        _pressure,
+        BEARING,
+        STATE,
+        MESH,
+    ),
+    "coefficients": (
+        "stiffness and damping of a bearing's film about a load",
+        _coefficients,
+        BEARING,
+        LOAD,
+    ),
+    "map": ("what the force table of a bearing holds, and its error", _map, BEARING, MAP),
+    "snapshots": ("pressure fields along a run, from its result file", _snapshots, SHOTS, MESH),
+    "convergence": ("error of both solvers as their meshes are refined", _convergence, BEARING),
+    "ladder": (
+        "error against run time of all films, single states and a feeder run",
+        _ladder,
+        LADDER,
+    ),
+}

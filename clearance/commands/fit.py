@@ -4,16 +4,17 @@ import argparse
 from pathlib import Path
 
 from clearance.commands.common import (
-    DONE,
-    FAILED,
+    GOES_ON,
     add_case,
     add_command,
-    complain,
-    json_text,
+    add_options,
     listed,
     log_to_terminal,
+    noted,
     number,
+    pair,
     seed_of,
+    show,
     taken,
 )
 from clearance.commands.free import bounded_scene, check_bounds
@@ -37,53 +38,33 @@ def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "fit", epilog=EXAMPLES)
     add_case(p, "NAME=LOW:HIGH", "a parameter that is fitted, or NAME=VALUE, one that holds")
-    p.add_argument(
-        "--data",
-        action="append",
-        default=[],
-        metavar="FILE.csv",
-        help="a record, and after commas parameters that hold for it alone; may be repeated",
-    )
-    p.add_argument(
-        "--channels",
-        metavar="PATHS",
-        help="what was measured: comma list such as bodies/slider/ax, or as PATH=COLUMN",
-    )
-    p.add_argument(
-        "--noise",
-        metavar="X",
-        help="standard deviation of an error of a value: 3mm, or 1%% of the range of the record; "
-        "one, or one for each channel (default: that of the residuals)",
-    )
-    p.add_argument(
-        "--settle",
-        type=number,
-        metavar="N",
-        help="turns (seconds, where nothing turns) before the records begin (default 2; 0)",
-    )
-    p.add_argument(
-        "--nuisances",
-        default="auto",
-        metavar="NAMES",
-        help="of shift, offset, gain, mounting: those of each record that are fitted too, or none "
-        "(auto: the shift of records over time, where something turns)",
-    )
-    p.add_argument(
-        "--lowpass",
-        metavar="ORDER:CORNER",
-        help="Butterworth filter of the sensor, such as 2:1000 for a corner of 1000 Hz, or one for "
-        "each channel: 2:1000,none",
-    )
-    p.add_argument("--starts", type=int, default=5, metavar="N", help="of the search (default 5)")
-    p.add_argument("--seed", type=int, default=0, metavar="N", help="of the starts (0)")
-    p.add_argument("--plan", action="store_true", help="intervals that a record would give")
-    p.add_argument("--turns", metavar="LIST", help="of --plan: lengths of the record (1)")
-    p.add_argument("--speeds", metavar="LIST", help="of --plan: values of the parameter speed")
-    p.add_argument(
-        "--samples-per-turn", type=int, default=360, metavar="N", help="of --plan (default 360)"
-    )
-    p.add_argument("-o", dest="output", metavar="DIR", help="folder for fit.json, run.h5, pages")
-    return p
+    options = {
+        "--data FILE.csv ...": "a record, and after commas parameters that hold for it alone",
+        "--channels PATHS": "what was measured: comma list such as bodies/slider/ax, or as "
+        "PATH=COLUMN",
+        "--noise X": "standard deviation of an error of a value: 3mm, or 1% of the range of the "
+        "record; one, or one for each channel (default: that of the residuals)",
+        "--settle N": (
+            number,
+            None,
+            "turns (seconds, where nothing turns) before the records begin (default 2; 0)",
+        ),
+        "--nuisances NAMES": (
+            "auto",
+            "of shift, offset, gain, mounting: those of each record that are fitted too, or none; "
+            "auto: the shift of records over time, where something turns",
+        ),
+        "--lowpass ORDER:CORNER": "Butterworth filter of the sensor, such as 2:1000 for a corner "
+        "of 1000 Hz, or one for each channel: 2:1000,none",
+        "--starts N": (5, "of the search"),
+        "--seed N": (0, "of the starts"),
+        "--plan": "intervals that a record would give",
+        "--turns LIST": "of --plan: lengths of the record (1)",
+        "--speeds LIST": "of --plan: values of the parameter speed",
+        "--samples-per-turn N": (360, "of --plan"),
+        "-o DIR": "folder for fit.json, run.h5, pages",
+    }
+    return add_options(p, options)
 
 
 def run(options) -> int:
@@ -98,9 +79,8 @@ def run(options) -> int:
     if not options.data:
         raise ValueError("fit: --data names a record; --plan needs none")
     check_bounds(bounds)
-    if not options.json:
-        log_to_terminal()
-    try:
+    log_to_terminal(options)
+    with noted(f"with -o {GOES_ON}"):
         result = fit(
             scene,
             [_data(text, scene) for text in options.data],
@@ -112,16 +92,12 @@ def run(options) -> int:
             folder=options.output,
             progress=not options.json,
         )
-    except KeyboardInterrupt:
-        text = "interrupted; with -o the same command goes on where this stopped"
-        return complain(options, text, FAILED)
     document = result.document()
     if options.output:
         folder = Path(options.output)
         files = [result.plot(folder / "fit.png"), result.report(folder / "report.html")]
         document["files"] = [str(folder / n) for n in ("fit.json", "run.h5")] + [*map(str, files)]
-    print(json_text(document) if options.json else "\n".join(lines(result, document)))
-    return DONE
+    return show(options, document, lines(result, document))
 
 
 def lines(result, document: dict) -> list[str]:
@@ -143,15 +119,18 @@ def lines(result, document: dict) -> list[str]:
     return text + [f"  {path}" for path in document.get("files", ())]
 
 
+FORM = "FILE,NAME=VALUE with parameters of the case"
+
+
 def _data(text: str, scene) -> tuple[str, dict]:
     """A file, and the parameters that hold for it alone."""
     path, *changes = text.split(",")
     parameters = scene.case.parameters if scene.case is not None else {}
     values = {}
     for change in changes:
-        name, equals, value = change.partition("=")
-        if not equals or name not in parameters:
-            raise ValueError(f"--data {text}: expected FILE,NAME=VALUE with parameters of the case")
+        name, value = pair("--data", change, FORM)
+        if name not in parameters:
+            raise ValueError(f"--data {text}: expected {FORM}")
         values[name] = parameters[name].value(value)
     return path, values
 
@@ -184,14 +163,10 @@ def _plan(options, scene, bounds: dict) -> int:
         samples_per_turn=options.samples_per_turn,
         settle=options.settle,
     )
-    if options.json:
-        print(json_text({"rows": [row.document() for row in rows]}))
-        return DONE
-    names = list(bounds)
-    print(f"95 % intervals of a record with noise {options.noise or '1%'}, best first")
-    print("  " + "".join(f"{n:>26}" for n in names) + "  of")
-    for row in rows:
-        print("  " + "".join(f"{row.text(n):>26}" for n in names) + f"  {row.title}")
-    for line in dict.fromkeys(line for row in rows for line in row.products):
-        print(f"  {line}")
-    return DONE
+    lines = [
+        f"95 % intervals of a record with noise {options.noise or '1%'}, best first",
+        "  " + "".join(f"{n:>26}" for n in bounds) + "  of",
+        *("  " + "".join(f"{r.text(n):>26}" for n in bounds) + f"  {r.title}" for r in rows),
+        *dict.fromkeys(f"  {line}" for row in rows for line in row.products),
+    ]
+    return show(options, {"rows": [row.document() for row in rows]}, lines)

@@ -4,19 +4,17 @@ import argparse
 from pathlib import Path
 
 from clearance.commands.common import (
-    DONE,
-    FAILED,
     Line,
     add_accept,
     add_case,
     add_command,
-    complain,
+    add_options,
     given,
-    json_text,
     listed,
     number,
     quiet,
     share,
+    show,
     taken,
 )
 from clearance.run.interrupts import terminable
@@ -38,52 +36,32 @@ def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "follow", epilog=EXAMPLES)
     add_case(p, text="see below")
-    p.add_argument(
-        "--tolerance",
-        type=share,
-        default=1e-6,
-        help="distance from the motion, as --steady (1e-6)",
-    )
-    p.add_argument(
-        "--points", type=int, default=500, metavar="N", help="points of a curve (default 500)"
-    )
-    p.add_argument(
-        "--step",
-        type=number,
-        metavar="S",
-        help="longest step, as share of the range (default 0.03, or 0.2 where the branch is quiet)",
-    )
-    p.add_argument(
-        "--doublings",
-        type=int,
-        default=0,
-        metavar="N",
-        help="follow motions of twice the period too, from period doublings on, N times (default "
-        "0)",
-    )
-    p.add_argument(
-        "--most-turns", type=int, default=400, metavar="N", help="to the first motion (default 400)"
-    )
-    p.add_argument(
-        "--channels", metavar="PATHS", help="comma list of outputs stored where turns begin"
-    )
-    p.add_argument(
-        "--over",
-        metavar="SWEEP",
-        help="a sweep over the parameter, drawn behind the branch as dots",
-    )
+    options = {
+        "--tolerance TOL": (share, 1e-6, "distance from the motion, as --steady"),
+        "--points N": (500, "points of a curve"),
+        "--step S": (
+            number,
+            None,
+            "longest step, as share of the range (default 0.03, or 0.2 where the branch is quiet)",
+        ),
+        "--doublings N": (
+            0,
+            "follow motions of twice the period too, from period doublings on, N times",
+        ),
+        "--most-turns N": (400, "to the first motion"),
+        "--channels PATHS": "comma list of outputs stored where turns begin",
+        "--over SWEEP": "a sweep over the parameter, drawn behind the branch as dots",
+        "-o DIR": "folder for CSV, HDF5 and picture",
+    }
     add_accept(p)
-    p.add_argument("-o", dest="output", metavar="DIR", help="folder for CSV, HDF5 and picture")
-    return p
+    return add_options(p, options)
 
 
 def run(options) -> int:
     """Follow the motion and show what was met; exit status 1 where none was, or the user ended
     it.
     """
-    from clearance.accuracy.horizon import NotSolved
     from clearance.motions.follow import follow
-    from clearance.motions.maps import NotPeriodic
     from clearance.scene.catalogue import find_case
 
     with quiet(options):
@@ -92,32 +70,25 @@ def run(options) -> int:
     name, ends, fixed = _range(case, texts)
     unit = unit_in(texts[name])
     _check(options)
-    line = Line(options)
-    try:
-        with terminable(), quiet(options):
-            branch = follow(
-                options.case,
-                name,
-                *ends,
-                fixed=fixed,
-                channels=listed(options.channels),
-                path=options.output,
-                unit=unit,
-                progress=line,
-                **taken(options, "tolerance points step doublings most_turns accept_changes"),
-            )
-    except (NotPeriodic, NotSolved) as error:
-        return complain(options, str(error), FAILED)
-    finally:
-        line.clear()
+    with Line(options) as line, terminable(), quiet(options):
+        branch = follow(
+            options.case,
+            name,
+            *ends,
+            fixed=fixed,
+            channels=listed(options.channels),
+            path=options.output,
+            unit=unit,
+            progress=line,
+            **taken(options, "tolerance points step doublings most_turns accept_changes"),
+        )
     document = _document(branch)
     if options.output:
         document["files"] = [
             *(str(Path(options.output) / f"follow.{kind}") for kind in ("csv", "h5")),
             _drawn(options, branch),
         ]
-    print(json_text(document) if options.json else "\n".join(_lines(branch, document, unit)))
-    return DONE
+    return show(options, document, _lines(branch, document, unit))
 
 
 def _check(options) -> None:

@@ -6,13 +6,14 @@ import argparse
 from pathlib import Path
 
 from clearance.commands.common import (
-    DONE,
     Line,
     add_command,
-    json_text,
+    add_options,
     listed,
     make_folder,
+    pair,
     seed_of,
+    show,
 )
 
 #: parameters are listed up to so many; networks have more
@@ -31,72 +32,34 @@ def add(commands) -> argparse.ArgumentParser:
         metavar="FILE",
         help="measurement, HDF5 or CSV (see identify/records.py)",
     )
-    p.add_argument(
-        "--model",
-        default="lugre3d",
-        metavar="NAME",
-        help="lugre1d, lugre3d, curve, or lstm with the extra learn (default lugre3d); one's own "
-        "as "
-        "FILE.py:NAME (NAME only where the file has several), a law or any function of a record "
-        "(see identify/own.py)",
-    )
-    p.add_argument(
-        "-p",
-        dest="options",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="an option of the model, such as knots=0.01,0.1,1 network=4 exponent=1 symmetric=no "
-        "static=yes load=power "
-        "nonnegative=yes smoothing=0.1, of the lstm hidden=8; may be repeated",
-    )
-    p.add_argument(
-        "--bound",
-        dest="bounds",
-        metavar="NAME=LO:HI",
-        action="append",
-        default=[],
-        help="bounds of a parameter in its SI unit, such as spin_stiffness=500:5000; may be "
-        "repeated",
-    )
-    p.add_argument(
-        "--roles", default="training", metavar="NAMES", help="trials to fit: comma list (training)"
-    )
-    p.add_argument(
-        "--starts",
-        type=int,
-        metavar="N",
-        help="points a nonlinear fit begins from (20, of a model of one's own 1)",
-    )
-    p.add_argument(
-        "--lag",
-        action="store_true",
-        help="fit a time by which the torque comes after its rate, too",
-    )
-    p.add_argument("--seed", type=int, default=0, metavar="N", help="of the starts (0)")
-    p.add_argument(
-        "--trust-units",
-        action="store_true",
-        help="read numbers that look like degrees, N mm or ms as SI",
-    )
-    p.add_argument(
-        "--predict",
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="a measurement that is predicted, not fitted, such as of another speed; may be "
-        "repeated",
-    )
-    p.add_argument(
-        "--columns",
-        metavar="LIST",
-        help="headings of any CSV file: time=t,rate_z=speed,torque_z=torque",
-    )
-    p.add_argument(
-        "-o", dest="output", metavar="DIR", help="folder for fit.h5, modelled.h5 and pictures"
-    )
-    p.add_argument("--plot", action="store_true", help="draw pictures into the folder")
-    return p
+    options = {
+        "--model NAME": (
+            "lugre3d",
+            "lugre1d, lugre3d, curve, or lstm with the extra learn; one's own as FILE.py:NAME "
+            "(NAME only where the file has several), a law or any function of a record (see "
+            "identify/own.py)",
+        ),
+        "-p NAME=VALUE ...": "an option of the model, such as knots=0.01,0.1,1 network=4 "
+        "exponent=1 symmetric=no static=yes load=power nonnegative=yes smoothing=0.1, of the lstm "
+        "hidden=8",
+        "--bound NAME=LO:HI ...": "bounds of a parameter in its SI unit, such as "
+        "spin_stiffness=500:5000",
+        "--roles NAMES": ("training", "trials to fit: comma list"),
+        "--starts N": (
+            int,
+            None,
+            "points a nonlinear fit begins from (20, of a model of one's own 1)",
+        ),
+        "--lag": "fit a time by which the torque comes after its rate, too",
+        "--seed N": (0, "of the starts"),
+        "--trust-units": "read numbers that look like degrees, N mm or ms as SI",
+        "--predict FILE ...": "a measurement that is predicted, not fitted, such as of another "
+        "speed",
+        "--columns LIST": "headings of any CSV file: time=t,rate_z=speed,torque_z=torque",
+        "-o DIR": "folder for fit.h5, modelled.h5 and pictures",
+        "--plot": "draw pictures into the folder",
+    }
+    return add_options(p, options)
 
 
 def run(options) -> int:
@@ -129,27 +92,23 @@ def run(options) -> int:
     document = _document(fitted, measurement)
     lines = _readable(document)
     if options.output:
-        document["files"] = [
-            str(p) for p in _keep(fitted, measurement, Path(options.output), options.plot)
-        ]
+        files = _keep(fitted, measurement, Path(options.output), options.plot)
+        document["files"] = [*map(str, files)]
         lines += [f"  wrote        {path}" for path in document["files"]]
         if fitted.has_law:
             lines.append(
                 f"  a hinge      open_fit('{document['files'][0]}').law('spin') is its friction, a "
                 f"cl.joint_lugre"
             )
-    print(json_text(document) if options.json else "\n".join(lines))
-    return DONE
+    return show(options, document, lines)
 
 
 def _columns(text: str | None) -> dict[str, str] | None:
     """Headings of a file by our names. Raises ValueError for what is no such list."""
     if text is None:
         return None
-    pairs = [item.partition("=") for item in text.split(",")]
-    if not all(equals and heading for _, equals, heading in pairs):
-        raise ValueError(f"--columns {text}: expected NAME=HEADING,NAME=HEADING")
-    return {name.strip(): heading.strip() for name, _, heading in pairs}
+    pairs = (pair("--columns", item, "NAME=HEADING,NAME=HEADING") for item in text.split(","))
+    return {name: heading.strip() for name, heading in pairs}
 
 
 def _model(options):
@@ -162,18 +121,16 @@ def _model(options):
     if ":" in options.model or options.model.endswith(".py"):
         return _own_model(options, own.open_model(options.model))
     defaults, chosen = models.model(options.model).options, {}
-    for item in options.options:
-        name, equals, text = item.partition("=")
-        if not equals:
-            raise ValueError(f"-p {item}: expected NAME=VALUE")
+    for item in options.parameters:
+        name, text = pair("-p", item)
         if name not in defaults or name in APART:
             names = ", ".join(n for n in defaults if n not in APART)
             raise ValueError(f"-p {item}: {options.model} has no option {name!r}; it has {names}")
         chosen[name] = _value(item, text, defaults[name])
-    if options.bounds and "bounds" not in defaults:
-        raise ValueError(f"--bound {options.bounds[0]}: {options.model} has no bounds")
-    if options.bounds:
-        chosen["bounds"] = dict(map(_bound, options.bounds))
+    if options.bound and "bounds" not in defaults:
+        raise ValueError(f"--bound {options.bound[0]}: {options.model} has no bounds")
+    if options.bound:
+        chosen["bounds"] = dict(map(_bound, options.bound))
     if options.lag and "lag" not in defaults:
         raise ValueError(
             f"--lag: {options.model} has no lag; lugre1d, lugre3d and models of one's own have"
@@ -185,12 +142,12 @@ def _model(options):
 
 def _own_model(options, model):
     """A model of one's own with the bounds and the lag requested."""
-    if options.options:
+    if options.parameters:
         raise ValueError(
-            f"-p {options.options[0]}: a model of one's own has no options; its file holds its "
+            f"-p {options.parameters[0]}: a model of one's own has no options; its file holds its "
             f"numbers"
         )
-    model = model.with_bounds(dict(map(_bound, options.bounds)))
+    model = model.with_bounds(dict(map(_bound, options.bound)))
     return model.with_lag() if options.lag else model
 
 
@@ -210,14 +167,13 @@ def _value(item: str, text: str, default):
 
 
 def _bound(item: str) -> tuple[str, tuple[float, float]]:
-    name, equals, ends = item.partition("=")
-    low, colon, high = ends.partition(":")
+    form = "NAME=LO:HI"
+    name, ends = pair("--bound", item, form)
     try:
-        if equals and colon:
-            return name, (float(low), float(high))
+        low, high = map(float, ends.split(":"))
     except ValueError:
-        pass
-    raise ValueError(f"--bound {item}: expected NAME=LO:HI")
+        raise ValueError(f"--bound {item}: expected {form}") from None
+    return name, (low, high)
 
 
 def _keep(fitted, measurement, folder: Path, plot: bool) -> list[Path]:

@@ -5,15 +5,15 @@ import time
 from pathlib import Path
 
 from clearance.commands.common import (
-    DONE,
     FAILED,
     add_case,
     add_command,
     add_length,
+    add_options,
     complain,
-    json_text,
     length_of,
     scene_of,
+    show,
 )
 
 
@@ -22,11 +22,11 @@ def add(commands) -> argparse.ArgumentParser:
     p = add_command(commands, "inverse")
     add_case(p)
     add_length(p)
-    p.add_argument(
-        "--samples", type=int, metavar="N", help="output rows in all (default 400 a turn, or 401)"
-    )
-    p.add_argument("-o", dest="output", metavar="OUT", help="result file (default CASE_inverse.h5)")
-    return p
+    options = {
+        "--samples N": (int, None, "output rows in all (default 400 a turn, or 401)"),
+        "-o OUT": "result file (default CASE_inverse.h5)",
+    }
+    return add_options(p, options)
 
 
 def run(options) -> int:
@@ -53,8 +53,7 @@ def run(options) -> int:
         summary.pop("status")
         message = f"{failure}; kept {result.time.size} samples before it in {path}"
         return complain(options, message, FAILED, **summary)
-    print(json_text(summary) if options.json else "\n".join(_readable(summary)))
-    return DONE
+    return show(options, summary, _readable(summary))
 
 
 def _summary(scene, result) -> dict:

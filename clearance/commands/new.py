@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from clearance.commands.common import DONE, add_command, json_text, scene_of
+from clearance.commands.common import add_command, add_options, scene_of, show
 from clearance.scene import templates
 from clearance.values.checks import meant
 
@@ -11,23 +11,14 @@ from clearance.values.checks import meant
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "new")
-    p.add_argument(
-        "case",
-        metavar="MECHANISM",
-        help=f"one of {', '.join(templates.NAMES)}; else a case or a result file, whose numbers "
-        "the file then has; with --python also your scene file",
-    )
-    p.add_argument(
-        "-p",
-        dest="parameters",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="a parameter of a case",
-    )
-    p.add_argument("--python", action="store_true", help="write the same scene as a Python case")
-    p.add_argument("-o", dest="output", metavar="FILE", help="the file (default MECHANISM.toml)")
-    return p
+    options = {
+        "case MECHANISM": f"one of {', '.join(templates.NAMES)}; else a case or a result file, "
+        "whose numbers the file then has; with --python also your scene file",
+        "-p NAME=VALUE ...": "a parameter of a case",
+        "--python": "write the same scene as a Python case",
+        "-o FILE": "the file (default MECHANISM.toml)",
+    }
+    return add_options(p, options)
 
 
 def run(options) -> int:
@@ -42,8 +33,7 @@ def run(options) -> int:
     written = _python if options.python else _toml
     path.write_text(written(options, path.parent), encoding="utf-8")
     sentence = f"wrote {path}; clearance run {path} runs it"
-    print(json_text({"file": str(path)}) if options.json else sentence)
-    return DONE
+    return show(options, {"file": str(path)}, [sentence])
 
 
 def _template(options) -> Path | None:

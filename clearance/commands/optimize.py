@@ -4,17 +4,18 @@ import argparse
 from pathlib import Path
 
 from clearance.commands.common import (
-    DONE,
-    FAILED,
+    GOES_ON,
     add_case,
     add_command,
     add_length,
-    complain,
-    json_text,
+    add_options,
     log_to_terminal,
+    noted,
     number,
+    pair,
     quiet,
     seed_of,
+    show,
     taken,
 )
 from clearance.commands.free import bounded_scene, check_bounds
@@ -37,51 +38,26 @@ def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "optimize", epilog=EXAMPLES)
     add_case(p, "NAME=LOW:HIGH", "a parameter that is searched for, or NAME=VALUE, one that holds")
-    for name in ("minimize", "maximize"):
-        p.add_argument(
-            f"--{name}",
-            action="append",
-            default=[],
-            metavar="METRIC",
-            help="the goal; two goals in all give a front",
-        )
-    p.add_argument(
-        "--limit",
-        action="append",
-        default=[],
-        metavar="LIMIT",
-        help='"METRIC > VALUE" or "METRIC < VALUE", such as "joints/B/gap_min > 2um"; may be '
-        "repeated",
-    )
     add_length(p)
-    p.add_argument(
-        "--settle",
-        type=number,
-        metavar="N",
-        help="turns (seconds, where nothing turns) left out of the metrics (default the first)",
-    )
-    p.add_argument(
-        "--from", dest="start", metavar="FILE.h5", help="start of the runs, as of `clearance run`"
-    )
-    p.add_argument(
-        "--tolerance",
-        action="append",
-        default=[],
-        metavar="NAME=SIZE",
-        help="standard deviation of a parameter among machines; may be repeated",
-    )
-    p.add_argument(
-        "--share", default="99%", metavar="X", help="of machines that keep each limit (99%%)"
-    )
-    p.add_argument("--starts", type=int, default=4, metavar="N", help="of the search (default 4)")
-    p.add_argument("--seed", type=int, default=0, metavar="N", help="of the starts (0)")
-    p.add_argument(
-        "--designs", type=int, default=20, metavar="N", help="of a front, at most (default 20)"
-    )
-    p.add_argument(
-        "-o", dest="output", metavar="DIR", help="folder for optimum.json, run.h5, map, pages"
-    )
-    return p
+    options = {
+        "--minimize METRIC ...": "the goal; two goals in all give a front",
+        "--maximize METRIC ...": "the goal; two goals in all give a front",
+        "--limit LIMIT ...": '"METRIC > VALUE" or "METRIC < VALUE", such as "joints/B/gap_min > '
+        '2um"',
+        "--settle N": (
+            number,
+            None,
+            "turns (seconds, where nothing turns) left out of the metrics (default the first)",
+        ),
+        "--from FILE.h5": "start of the runs, as of `clearance run`",
+        "--tolerance NAME=SIZE ...": "standard deviation of a parameter among machines",
+        "--share X": ("99%", "of machines that keep each limit"),
+        "--starts N": (4, "of the search"),
+        "--seed N": (0, "of the starts"),
+        "--designs N": (20, "of a front, at most"),
+        "-o DIR": "folder for optimum.json, run.h5, map, pages",
+    }
+    return add_options(p, options)
 
 
 def run(options) -> int:
@@ -93,14 +69,13 @@ def run(options) -> int:
     check_bounds(bounds)
     if not options.minimize and not options.maximize:
         raise ValueError("optimize: --minimize METRIC or --maximize METRIC names the goal")
-    if not options.json:
-        log_to_terminal()
-    try:
+    log_to_terminal(options)
+    with noted(f"with -o {GOES_ON}"):
         result = optimize(
             scene,
             bounds,
             limits=options.limit,
-            tolerance=dict(map(_tolerance, options.tolerance)),
+            tolerance=dict(pair("--tolerance", t, SIZE) for t in options.tolerance),
             seed=seed_of(options),
             **taken(options, "minimize maximize turns until settle start share starts designs"),
             folder=options.output,
@@ -109,19 +84,10 @@ def run(options) -> int:
         document = result.document()
         if options.output:
             document["files"] = _files(result, Path(options.output))
-    except KeyboardInterrupt:
-        text = "interrupted; with -o the same command goes on where this stopped"
-        return complain(options, text, FAILED)
-    print(json_text(document) if options.json else "\n".join(lines(result, document)))
-    return DONE
+    return show(options, document, lines(result, document))
 
 
-def _tolerance(text: str) -> tuple[str, str]:
-    """Name and size of a --tolerance."""
-    name, equals, size = text.partition("=")
-    if not equals:
-        raise ValueError(f"--tolerance {text}: expected NAME=SIZE, such as clearance=5um")
-    return name.strip(), size
+SIZE = "NAME=SIZE, such as clearance=5um"
 
 
 def _files(result, folder: Path) -> list[str]:

@@ -2,7 +2,7 @@
 
 import argparse
 
-from clearance.commands.common import DONE, add_command, json_text, number, quantity_of
+from clearance.commands.common import add_command, add_options, number, show
 from clearance.postprocess.pictures import (
     FRAMES,
     OF_LIVES,
@@ -48,67 +48,46 @@ def add(commands) -> argparse.ArgumentParser:
         metavar="FILE_OR_DIR",
         nargs="+",
         help=f"run file, several of them ({', '.join(OF_SEVERAL)}), or sweep directory; then the "
-        f"KIND of picture. "
-        f"Of runs: {', '.join(OF_RUNS)}; of sweeps: {', '.join(OF_SWEEPS)}; "
-        f"of lives: {', '.join(OF_LIVES)}",
+        f"KIND of picture. Of runs: {', '.join(OF_RUNS)}; of sweeps: {', '.join(OF_SWEEPS)}; of "
+        f"lives: {', '.join(OF_LIVES)}",
     )
-    p.add_argument(
-        "--channels",
-        metavar="NAMES",
-        help="comma list of channels: history, phase, poincare, spectrum, bifurcation",
-    )
-    p.add_argument(
-        "--joint",
-        metavar="NAMES",
-        help="comma list of clearance joints: orbit, "
-        "contacts, guide; "
-        "one: poincare, pressure; of hinges and slides with friction: friction",
-    )
-    p.add_argument("--surface", metavar="NAME", help="bearing or journal: life")
-    p.add_argument("--along", help="time, turns or angle of the drive: history")
-    p.add_argument("--last", type=number, metavar="TURNS", help="only the last turns: history")
-    p.add_argument(
-        "--measured",
-        metavar="FILE.csv",
-        help="measured data over time or drive angle, with units in the header, to lay over a "
-        "channel of --channels, CHANNEL or CHANNEL=COLUMN",
-    )
-    p.add_argument(
-        "--column", metavar="NAME", help="column of the measured data, where there are several"
-    )
-    p.add_argument(
-        "--shift", metavar="T", help="where in the run the measured data begin (default: found)"
-    )
-    p.add_argument(
-        "--settle",
-        type=number,
-        metavar="TURNS",
-        help="turns left out at the start: phase, spectrum, contacts (default 0), poincare "
-        "(default 2), bifurcation "
-        "(default the first half of the runs)",
-    )
-    p.add_argument(
-        "--angle",
-        type=quantity_of("rad"),
-        help="of the drive, such as 90deg: poincare, bifurcation",
-    )
-    p.add_argument(
-        "--turns",
-        type=number,
-        help="last turns shown: animation (default 1); "
-        "instant shown, in turns from the start: sketch (default 0)",
-    )
-    p.add_argument(
-        "--frames", type=int, metavar="N", help=f"animation (default {FRAMES}, or all samples)"
-    )
-    p.add_argument(
-        "--magnify", type=number, help="clearances over the mechanism: animation (default as fits)"
-    )
-    p.add_argument(
-        "--metrics",
-        metavar="NAMES",
-        help="comma list of metrics or patterns: map, curves, scatter, tornado",
-    )
+    options = {
+        "--channels NAMES": "comma list of channels: history, phase, poincare, spectrum, "
+        "bifurcation",
+        "--joint NAMES": "comma list of clearance joints: orbit, contacts, guide; one: poincare, "
+        "pressure; of hinges and slides with friction: friction",
+        "--surface NAME": "bearing or journal: life",
+        "--along ALONG": "time, turns or angle of the drive: history",
+        "--last TURNS": (number, None, "only the last turns: history"),
+        "--measured FILE.csv": "measured data over time or drive angle, with units in the header, "
+        "to lay over a channel of --channels, CHANNEL or CHANNEL=COLUMN",
+        "--column NAME": "column of the measured data, where there are several",
+        "--shift T": "where in the run the measured data begin (default: found)",
+        "--settle TURNS": (
+            number,
+            None,
+            "turns left out at the start: phase, spectrum, contacts (default 0), poincare "
+            "(default 2), bifurcation (default the first half of the runs)",
+        ),
+        "--angle ANGLE": ("rad", None, "of the drive, such as 90deg: poincare, bifurcation"),
+        "--turns TURNS": (
+            number,
+            None,
+            "last turns shown: animation (default 1); instant shown, in turns from the start: "
+            "sketch (default 0)",
+        ),
+        "--frames N": (int, None, f"animation (default {FRAMES}, or all samples)"),
+        "--magnify X": (
+            number,
+            None,
+            "clearances over the mechanism: animation (default as fits)",
+        ),
+        "--metrics NAMES": "comma list of metrics or patterns: map, curves, scatter, tornado",
+        "--x NAME": "parameter along the axis: map, curves, bifurcation",
+        "--y NAME": "parameter along the other axis: map",
+        "-o PICTURE": "picture (.png, .pdf, .svg; an animation .gif, .mp4); default beside the "
+        "input, named after the kind",
+    }
     p.add_argument(
         "--only-settled",
         action="store_true",
@@ -116,8 +95,6 @@ def add(commands) -> argparse.ArgumentParser:
         help="leave out points whose motion did not come back to itself within the run: map, "
         "curves",
     )
-    p.add_argument("--x", metavar="NAME", help="parameter along the axis: map, curves, bifurcation")
-    p.add_argument("--y", metavar="NAME", help="parameter along the other axis: map")
     p.add_argument(
         "--at",
         action="append",
@@ -125,14 +102,7 @@ def add(commands) -> argparse.ArgumentParser:
         help="hold a swept parameter at the value nearest to this: map, curves, bifurcation; may "
         "be repeated",
     )
-    p.add_argument(
-        "-o",
-        dest="output",
-        metavar="PICTURE",
-        help="picture (.png, .pdf, .svg; an animation .gif, .mp4); default beside the input, named "
-        "after the kind",
-    )
-    return p
+    return add_options(p, options)
 
 
 def run(options) -> int:
@@ -143,8 +113,5 @@ def run(options) -> int:
     options.facts = {}
     picture = drawn(options, options.inputs)
     sentence = options.facts.pop("sentence", None)
-    if options.json:
-        print(json_text({"status": "complete", "picture": str(picture), **options.facts}))
-    else:
-        print("\n".join(filter(None, (sentence, f"wrote {picture}"))))
-    return DONE
+    document = {"status": "complete", "picture": str(picture), **options.facts}
+    return show(options, document, filter(None, (sentence, f"wrote {picture}")))

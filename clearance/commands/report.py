@@ -3,35 +3,26 @@
 import argparse
 from pathlib import Path
 
-from clearance.commands.common import DONE, add_command, existing, json_text, number
+from clearance.commands.common import add_command, add_options, existing, number, pair, show
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "report")
-    p.add_argument("input", metavar="FILE_OR_DIR", help="run file, or sweep directory")
-    p.add_argument(
-        "-o",
-        dest="output",
-        metavar="OUT.html",
-        help="report (default FILE.html beside a run file, report.html in a sweep directory)",
-    )
-    p.add_argument(
-        "--settle",
-        type=number,
-        metavar="N",
-        help="turns of a run's start-up, whose numbers stand apart (default 1)",
-    )
-    p.add_argument(
-        "--section",
-        action="append",
-        default=[],
-        metavar="BODY=SIZES",
-        help="cross-section of a link, whose bending is estimated: a diameter, as rod=12mm, or "
-        "width "
-        "and height in the plane, as rod=10mmx20mm (default: a round steel bar of its mass)",
-    )
-    return p
+    options = {
+        "input FILE_OR_DIR": "run file, or sweep directory",
+        "-o OUT.html": "report (default FILE.html beside a run file, report.html in a sweep "
+        "directory)",
+        "--settle N": (
+            number,
+            None,
+            "turns of a run's start-up, whose numbers stand apart (default 1)",
+        ),
+        "--section BODY=SIZES ...": "cross-section of a link, whose bending is estimated: a "
+        "diameter, as rod=12mm, or width and height in the plane, as rod=10mmx20mm (default: a "
+        "round steel bar of its mass)",
+    }
+    return add_options(p, options)
 
 
 def run(options) -> int:
@@ -49,11 +40,8 @@ def run(options) -> int:
         sections=_sections(options),
     )
     size = path.stat().st_size
-    if options.json:
-        print(json_text({"status": "complete", "report": str(path), "bytes": size}))
-    else:
-        print(f"wrote {path} ({size / 1e3:.0f} kB)")
-    return DONE
+    document = {"status": "complete", "report": str(path), "bytes": size}
+    return show(options, document, [f"wrote {path} ({size / 1e3:.0f} kB)"])
 
 
 def _sections(options) -> dict[str, tuple[float, ...]]:
@@ -62,9 +50,7 @@ def _sections(options) -> dict[str, tuple[float, ...]]:
 
     sections = {}
     for text in options.section:
-        body, equals, sizes = text.partition("=")
-        if not equals:
-            raise ValueError(f"--section {text}: expected BODY=DIAMETER or BODY=WIDTHxHEIGHT")
+        body, sizes = pair("--section", text, "BODY=DIAMETER or BODY=WIDTHxHEIGHT")
         sections[body] = tuple(quantity(size, "m") for size in sizes.split("x"))
     return sections
 

@@ -3,8 +3,6 @@
 import argparse
 import json
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from clearance.commands import again, chaos, sensitivities, steady
@@ -17,21 +15,21 @@ from clearance.commands.accuracy import (
     with_error,
 )
 from clearance.commands.common import (
-    DONE,
     FAILED,
     add_case,
     add_command,
     add_force,
     add_length,
+    add_options,
     channel_patterns,
     complain,
-    json_text,
     length_of,
     log_to_terminal,
+    noted,
     number,
     parameter_lines,
-    quantity_of,
     scene_of,
+    show,
     taken,
 )
 from clearance.run.interrupts import terminable
@@ -43,71 +41,43 @@ def add(commands) -> argparse.ArgumentParser:
     p = add_command(commands, "run")
     add_case(p)
     add_length(p)
-    p.add_argument("--rtol", type=number, metavar="R", help="local error tolerance (default 1e-6)")
-    add_error(p)
-    p.add_argument(
-        "--method",
-        default="auto",
-        help="auto, dop853, rodas5p, radau5, radau9 or radau (default auto)",
-    )
-    p.add_argument(
-        "--max-step",
-        type=quantity_of("s"),
-        metavar="S",
-        help="longest step, where loads act briefly",
-    )
-    p.add_argument(
-        "--samples-per-turn",
-        type=number,
-        default=400,
-        metavar="N",
-        help="output rows a turn, of the complete run where nothing turns evenly (default 400)",
-    )
-    p.add_argument(
-        "--channels",
-        metavar="PATHS",
-        help='stored in the file: comma list such as "bodies/slider,joints/B/gap" (all)',
-    )
-    p.add_argument(
-        "--pressure-fields",
-        type=int,
-        metavar="N",
-        help="keep N pressure fields of the films a turn in the file (default none)",
-    )
-    p.add_argument(
-        "--compression",
-        type=int,
-        default=0,
-        metavar="0..9",
-        help="gzip level of the file (default 0)",
-    )
-    p.add_argument(
-        "--checkpoint",
-        type=quantity_of("s"),
-        metavar="S",
-        help="keep a checkpoint every so many seconds of wall time: the same command goes on from "
-        "it after a crash",
-    )
-    add_force(p)
-    p.add_argument("-o", dest="output", metavar="FILE.h5", help="result file (default CASE.h5)")
-    p.add_argument(
-        "--settle",
-        type=number,
-        metavar="N",
-        help="turns (seconds, where nothing turns) of the start-up, left out of the numbers "
-        "(default 1 of two or more)",
-    )
-    p.add_argument(
-        "--from",
-        dest="start",
-        metavar="FILE.h5",
-        help='begin in the state at the end of another run, or "quasi-static": with journals where '
-        "their films carry "
-        "the joint forces",
-    )
-    p.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
-    sensitivities.add_option(p)
-    steady.add_options(p)
+    options = {
+        "--rtol R": (number, None, "local error tolerance (default 1e-6)"),
+        "--method METHOD": ("auto", "auto, dop853, rodas5p, radau5, radau9 or radau"),
+        "--max-step S": ("s", None, "longest step, where loads act briefly"),
+        "--samples-per-turn N": (
+            number,
+            400,
+            "output rows a turn, of the complete run where nothing turns evenly",
+        ),
+        "--channels PATHS": 'stored in the file: comma list such as "bodies/slider,joints/B/gap" '
+        "(all)",
+        "--pressure-fields N": (
+            int,
+            None,
+            "keep N pressure fields of the films a turn in the file (default none)",
+        ),
+        "--compression 0..9": (0, "gzip level of the file"),
+        "--checkpoint S": (
+            "s",
+            None,
+            "keep a checkpoint every so many seconds of wall time: the same command goes on from "
+            "it after a crash",
+        ),
+        "-o FILE.h5": "result file (default CASE.h5)",
+        "--settle N": (
+            number,
+            None,
+            "turns (seconds, where nothing turns) of the start-up, left out of the numbers "
+            "(default 1 of two or more)",
+        ),
+        "--from FILE.h5": 'begin in the state at the end of another run, or "quasi-static": with '
+        "journals where their films carry the joint forces",
+        "--plot": "draw a picture beside the result file",
+    }
+    add_options(p, options)
+    for add_some in (add_error, add_force, sensitivities.add_option, steady.add_periodic):
+        add_some(p)
     again.add_option(p)
     chaos.add_turns(p)
     return p
@@ -129,12 +99,10 @@ def run(options) -> int:
         _check_settle(options, case, scene)
         output = _output(options, case)
         replaced = output.exists()
-        with _noted(f"{output} was not written"):
+        with noted(f"{output} was not written"):
             simulated = _simulated if options.steady is None else steady.solved
             result, failure = simulated(options, case, scene, output)
-        if result is None:
-            return complain(options, failure, FAILED)
-        with _noted(f"the run is stored in {output}"):
+        with noted(f"the run is stored in {output}"):
             summary = _summary(case, values, result, options.settle) | {"replaced": replaced}
             summary["resolved"] = json.loads(scene.origin.get("resolved", "{}"))
             if options.steady is not None:
@@ -155,11 +123,10 @@ def run(options) -> int:
     lines = parameter_lines(case, values, scene)
     if failure is not None:
         if result.complete and not options.json:
-            print(_readable(summary, lines))
+            print("\n".join(_readable(summary, lines)))
         summary.pop("status")
         return complain(options, failure, FAILED, **summary)
-    print(json_text(summary) if options.json else _readable(summary, lines))
-    return DONE
+    return show(options, summary, _readable(summary, lines))
 
 
 def _check_settle(options, case, scene) -> None:
@@ -185,30 +152,18 @@ def _output(options, case) -> Path:
     return output
 
 
-@contextmanager
-def _noted(note: str) -> Iterator[None]:
-    """The note of an interrupt that does not state what is stored."""
-    try:
-        yield
-    except KeyboardInterrupt as request:
-        if not hasattr(request, "__notes__"):
-            request.add_note(note)
-        raise
-
-
 def _simulated(options, case, scene, output: Path):
-    """The result, None where no file could be stored, and why the run ended early, None where it
-    did not.
-    """
+    """The result, and why the run ended early, None where it did not."""
     from clearance.simulation import SimulationError, simulate
 
-    if not options.json:
-        log_to_terminal()
+    log_to_terminal(options)
     more = taken(options, "checkpoint force sensitivity")
     arguments = options.of_file if options.again else _arguments(options, case, scene)
     try:
         result = simulate(scene, path=output, progress=not options.json, **more, **arguments)
     except SimulationError as error:
+        if error.result is None:
+            raise
         return error.result, str(error)
     return result, None
 
@@ -294,7 +249,7 @@ def _assumed(estimates: list[dict]) -> list[str]:
     return lines
 
 
-def _readable(summary: dict, parameters: list[str]) -> str:
+def _readable(summary: dict, parameters: list[str]) -> list[str]:
     s = summary
     lines = [
         f"{s['case']}: {s['simulated_s']:.6g} s simulated in {s['integration_s']:.3g} s "
@@ -327,8 +282,7 @@ def _readable(summary: dict, parameters: list[str]) -> str:
     lines += [f"  again        {s['again']['sentence']}"] if "again" in s else []
     replaced = " (it replaced an earlier one)" if s["replaced"] else ""
     lines.append(f"  file         {s['file']}{replaced}")
-    lines += [f"  picture      {s[name]}" for name in ("plot", "statistics_plot") if name in s]
-    return "\n".join(lines)
+    return lines + [f"  picture      {s[n]}" for n in ("plot", "statistics_plot") if n in s]
 
 
 def _settled_lines(s: dict) -> list[str]:

@@ -10,14 +10,14 @@ from clearance.commands.common import (
     FAILED,
     add_case,
     add_command,
-    complain,
+    add_options,
     given,
-    json_text,
+    pair,
     quiet,
+    show,
     taken,
 )
-from clearance.commands.sweep import OF_MANY, add_runs, begin
-from clearance.run.interrupts import terminable
+from clearance.commands.sweep import OF_MANY, add_runs, going_on
 from clearance.values import checks
 
 SHOWN = 6  # metrics in the summary
@@ -41,59 +41,40 @@ def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "scatter", epilog=EXAMPLES)
     add_case(p, text="see below")
-    p.add_argument(
-        "--points", type=int, default=1024, metavar="N", help="runs in all, at most (default 1024)"
-    )
-    p.add_argument("--seed", type=int, default=0, help="the same seed, the same points (default 0)")
-    p.add_argument(
-        "--limit",
-        action="append",
-        default=[],
-        metavar="METRIC=VALUE",
-        help="probability that a metric exceeds this (of minima, falls below it); may be repeated",
-    )
+    options = {
+        "--points N": (1024, "runs in all, at most"),
+        "--seed N": (0, "the same seed, the same points"),
+        "--limit METRIC=VALUE ...": "probability that a metric exceeds this (of minima, falls "
+        "below it)",
+        "-o DIR": "directory (default CASE_scatter); the picture too",
+    }
     add_runs(p)
-    p.add_argument(
-        "-o", dest="output", metavar="DIR", help="directory (default CASE_scatter); the picture too"
-    )
-    return p
+    return add_options(p, options)
 
 
 def run(options) -> int:
     """Run the points; exit status 1 where one failed or the sweep had to stop."""
     from clearance.scene.catalogue import find_case
     from clearance.sweeping.chance import scatter
-    from clearance.sweeping.sweep import SweepError
 
     with quiet(options):
         case = find_case(options.case)
         spread, fixed = _parameters(options, case)
-        limits = dict(_limit(text) for text in options.limit)
-    shown, began = begin(options), time.perf_counter()
-    folder = Path(options.output or f"{case.name}_scatter")
-    try:
-        with quiet(options), terminable():
-            result = scatter(
-                options.case,
-                spread,
-                folder,
-                limits=limits,
-                fixed=fixed,
-                progress=shown,
-                **taken(options, f"points seed {OF_MANY}"),
-            )
-    except SweepError as error:
-        return complain(options, str(error), FAILED)
-    except KeyboardInterrupt:
-        return complain(options, "interrupted; the same command goes on where this stopped", FAILED)
-    finally:
-        shown.close()
+        limits = dict(pair("--limit", text, "METRIC=VALUE") for text in options.limit)
+    began, folder = time.perf_counter(), Path(options.output or f"{case.name}_scatter")
+    with going_on(options) as shown:
+        result = scatter(
+            options.case,
+            spread,
+            folder,
+            limits=limits,
+            fixed=fixed,
+            progress=shown,
+            **taken(options, f"points seed {OF_MANY}"),
+        )
     document = _document(result, folder) | {"seconds": time.perf_counter() - began}
-    if options.json:
-        print(json_text(document))
-    elif not options.quiet:
-        print("\n".join(readable(document)))
-    return DONE if result.sweep.done.all() else FAILED
+    status = DONE if result.sweep.done.all() else FAILED
+    return show(options, document, readable(document), status)
 
 
 def _parameters(options, case) -> tuple[dict, dict]:
@@ -139,14 +120,6 @@ def _number(parameter, text: str) -> float:
         reason = "a distribution is for numbers with fractions; give one value"
         raise ValueError(f"{reason}, as {parameter.name}={parameter.default}")
     return parameter.value(text)
-
-
-def _limit(text: str) -> tuple[str, str]:
-    """Name and value of a --limit."""
-    name, equals, value = text.partition("=")
-    if not equals or not name:
-        raise ValueError(f"--limit {text}: expected METRIC=VALUE")
-    return name.strip(), value
 
 
 def _document(result, folder: Path) -> dict:

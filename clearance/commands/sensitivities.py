@@ -4,18 +4,18 @@ import argparse
 import math
 
 from clearance.commands.accuracy import prefix
+from clearance.commands.common import add_options
 
 SHOWN = 8  # metrics in print
 
 
 def add_option(command: argparse.ArgumentParser) -> None:
     """--sensitivity."""
-    command.add_argument(
-        "--sensitivity",
-        metavar="NAMES",
-        help="differentiate the metrics by these parameters, such as clearance,viscosity or "
-        "joints/B/clearance; of one that is 0 with the size that counts: load=1N",
+    text = (
+        "differentiate the metrics by these parameters, such as clearance,viscosity or "
+        "joints/B/clearance; of one that is 0 with the size that counts: load=1N"
     )
+    add_options(command, {"--sensitivity NAMES": text})
 
 
 def document(result) -> dict:

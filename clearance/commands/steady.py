@@ -6,7 +6,14 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from clearance.commands.accuracy import rounded_up
-from clearance.commands.common import Line, channel_patterns, log_to_terminal, share, taken
+from clearance.commands.common import (
+    Line,
+    add_options,
+    channel_patterns,
+    log_to_terminal,
+    share,
+    taken,
+)
 
 #: options of a run from its start, and their defaults
 OTHERS = {
@@ -22,22 +29,21 @@ LISTED = 6  # multipliers in print, at most
 LEAST = 1e-6  # error of a multiplier in print, at least
 
 
-def add_options(command: argparse.ArgumentParser) -> None:
+def add_periodic(command: argparse.ArgumentParser) -> None:
     """--steady and the most turns it may wait."""
-    command.add_argument(
-        "--steady",
-        type=share,
-        metavar="TOL",
-        help="solve for the periodic motion, to this distance in natural sizes, such as 1e-6; the "
-        "file holds one period",
-    )
-    command.add_argument(
-        "--most-turns",
-        type=int,
-        default=400,
-        metavar="N",
-        help="of --steady: turns after which no periodic motion is expected any more (default 400)",
-    )
+    options = {
+        "--steady TOL": (
+            share,
+            None,
+            "solve for the periodic motion, to this distance in natural sizes, such as 1e-6; the "
+            "file holds one period",
+        ),
+        "--most-turns N": (
+            400,
+            "of --steady: turns after which no periodic motion is expected any more",
+        ),
+    }
+    add_options(command, options)
 
 
 def check(options) -> None:
@@ -56,15 +62,11 @@ def check(options) -> None:
 
 
 def solved(options, case, scene, output: Path):
-    """The result with one period, None where there is none, and why."""
-    from clearance.accuracy.horizon import NotSolved
-    from clearance.motions.maps import NotPeriodic
+    """The result with one period; nothing ends it early."""
     from clearance.motions.steady import steady
 
-    if not options.json:
-        log_to_terminal()
-    line = Line(options)
-    try:
+    log_to_terminal(options)
+    with Line(options) as line:
         result = steady(
             scene,
             options.steady,
@@ -75,10 +77,6 @@ def solved(options, case, scene, output: Path):
             channels=channel_patterns(options.channels),
             **taken(options, "most_turns start method compression error sensitivity"),
         )
-    except (NotPeriodic, NotSolved) as error:
-        return None, str(error)
-    finally:
-        line.clear()
     return result.orbit, None
 
 

@@ -2,17 +2,27 @@
 
 import argparse
 
-from clearance.commands.common import DONE, FAILED, Line, add_command, make_folder, publish
+from clearance.commands.common import (
+    DONE,
+    FAILED,
+    Line,
+    add_command,
+    add_options,
+    make_folder,
+    publish,
+)
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "stress")
     p.add_argument("case", metavar="CASE", nargs="?", help="only this case (or: random)")
-    p.add_argument("--quick", action="store_true", help="a seventh of the matrix, short runs")
-    p.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
-    p.add_argument("-o", dest="output", metavar="DIR", help="folder for table, picture and HDF5")
-    return p
+    options = {
+        "--quick": "a seventh of the matrix, short runs",
+        "--workers N": (int, None, "processes (default: one a core)"),
+        "-o DIR": "folder for table, picture and HDF5",
+    }
+    return add_options(p, options)
 
 
 def run(options) -> int:

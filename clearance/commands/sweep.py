@@ -4,7 +4,8 @@ import argparse
 import logging
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -12,25 +13,28 @@ from clearance.commands.accuracy import tolerance
 from clearance.commands.common import (
     DONE,
     FAILED,
+    GOES_ON,
     add_accept,
     add_case,
     add_command,
     add_force,
+    add_options,
     channel_patterns,
     complain,
     given,
-    json_text,
     log_to_terminal,
+    noted,
     number,
-    quantity_of,
     quiet,
+    show,
     taken,
 )
 from clearance.run.interrupts import terminable
 from clearance.values.units import unit_in
 
 SHOWN = 12  # metrics in the summary
-#: options of `add_runs`
+#: options of a sweep, and of `add_runs`
+OF_SWEEP = "force compression error sensitivity method max_step max_steps samples_per_turn"
 OF_MANY = "turns until rtol settle workers scheduler retry_failed accept_changes"
 EXAMPLES = """\
 -p NAME=VALUES takes LO:HI:N (N values), LO:HI:N:log, or a comma list; several of them make a
@@ -55,168 +59,122 @@ def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "sweep", epilog=EXAMPLES)
     add_case(p, "NAME=VALUES", "see below")
-    p.add_argument(
-        "--zip",
-        action="append",
-        default=[],
-        metavar="A,B",
-        help="parameters whose lists go together",
-    )
-    p.add_argument(
-        "--sample", type=int, metavar="N", help="N points drawn from the ranges instead of a grid"
-    )
-    p.add_argument(
-        "--kind", help="how points are drawn: latin (hypercube) or random (default latin)"
-    )
-    p.add_argument(
-        "--seed", type=int, help="of the draw: the same seed, the same points (default 0)"
-    )
-    add_runs(p)
+    options = {
+        "--zip A,B ...": "parameters whose lists go together",
+        "--sample N": (int, None, "N points drawn from the ranges instead of a grid"),
+        "--kind KIND": "how points are drawn: latin (hypercube) or random (default latin)",
+        "--seed N": (int, None, "of the draw: the same seed, the same points (default 0)"),
+        "--sensitivity NAMES": "columns <metric>_by_<parameter> of these parameters, and their "
+        "stated errors",
+        "--method METHOD": "see `clearance run` (default auto)",
+        "--max-step S": ("s", None, "longest step"),
+        "--max-steps N": (int, None, "a run that needs more steps fails (default no limit)"),
+        "--samples-per-turn N": (number, None, "output rows a turn (default 400)"),
+        "--channels PATHS": 'stored in run files: comma list of patterns, "all" (default) or '
+        '"none"',
+        "--compression 0..9": (0, "gzip level of run files"),
+        "--metric FILE.py:NAME ...": "a metric of your own",
+        "--plot": "draw the usual picture into the directory: the map of a grid, else curves",
+        "-o DIR": "sweep directory (default CASE_sweep)",
+    }
     p.add_argument(
         "--error",
         nargs="?",
         const="state",
         metavar="E",
         help="a column <metric>_error for each metric; with E, such as 1e-3 or "
-        "joint_B_force_max=1e-4, each point at "
-        "the tolerance that reaches it",
+        "joint_B_force_max=1e-4, each point at the tolerance that reaches it",
     )
-    p.add_argument(
-        "--sensitivity",
-        metavar="NAMES",
-        help="columns <metric>_by_<parameter> of these parameters, and their stated errors",
-    )
-    p.add_argument("--method", help="see `clearance run` (default auto)")
-    p.add_argument("--max-step", type=quantity_of("s"), metavar="S", help="longest step")
-    p.add_argument(
-        "--max-steps",
-        type=int,
-        metavar="N",
-        help="a run that needs more steps fails (default no limit)",
-    )
-    p.add_argument(
-        "--samples-per-turn", type=number, metavar="N", help="output rows a turn (default 400)"
-    )
-    p.add_argument(
-        "--channels",
-        metavar="PATHS",
-        help='stored in run files: comma list of patterns, "all" (default) or "none"',
-    )
-    p.add_argument(
-        "--compression",
-        type=int,
-        default=0,
-        metavar="0..9",
-        help="gzip level of run files (default 0)",
-    )
-    p.add_argument(
-        "--metric",
-        action="append",
-        default=[],
-        metavar="FILE.py:NAME",
-        help="a metric of your own; may be repeated",
-    )
-    p.add_argument(
-        "--plot",
-        action="store_true",
-        help="draw the usual picture into the directory: the map of a grid, else curves",
-    )
+    add_runs(p)
     add_force(p)
-    p.add_argument("-o", dest="output", metavar="DIR", help="sweep directory (default CASE_sweep)")
-    return p
+    return add_options(p, options)
 
 
 def add_runs(p: argparse.ArgumentParser) -> None:
     """Options of many runs: their length, tolerance and metrics, and the processes that make
     them.
     """
-    length = p.add_mutually_exclusive_group()
-    length.add_argument(
-        "--turns", type=number, help="length of each run in turns of the drive (default 2)"
-    )
-    length.add_argument(
-        "--until", type=quantity_of("s"), metavar="S", help="length of each run in seconds"
-    )
-    p.add_argument("--rtol", type=number, metavar="R", help="local error tolerance (default 1e-6)")
-    p.add_argument(
-        "--settle",
-        type=number,
-        metavar="TURNS",
-        help="turns left out of the metrics (default the first)",
-    )
-    p.add_argument(
-        "--workers", type=int, metavar="N", help="threads, or processes (default: one a core)"
-    )
-    p.add_argument(
-        "--scheduler", metavar="ADDRESS", help="of a Dask scheduler whose workers run the points"
-    )
-    p.add_argument("--retry-failed", action="store_true", help="also run again what failed")
+    length = {
+        "--turns TURNS": (number, None, "length of each run in turns of the drive (default 2)"),
+        "--until S": ("s", None, "length of each run in seconds"),
+    }
+    add_options(p.add_mutually_exclusive_group(), length)
+    options = {
+        "--rtol R": (number, None, "local error tolerance (default 1e-6)"),
+        "--settle TURNS": (number, None, "turns left out of the metrics (default the first)"),
+        "--workers N": (int, None, "threads, or processes (default: one a core)"),
+        "--scheduler ADDRESS": "of a Dask scheduler whose workers run the points",
+        "--retry-failed": "also run again what failed",
+        "--quiet": "no progress, no summary",
+    }
+    add_options(p, options)
     add_accept(p)
-    p.add_argument("--quiet", action="store_true", help="no progress, no summary")
 
 
-def begin(options) -> "Progress":
+@contextmanager
+def going_on(options) -> Iterator["Progress"]:
     """Progress of many runs, with lines of the log beside it; two turns where no length is
-    given.
+    requested. The same command goes on where an interrupt stops them.
     """
     if options.turns is None and options.until is None:
         options.turns = 2.0
     shown = Progress(options)
-    if not shown.quiet:  # compiling takes a while; the progress bar reports what becomes of points
-        log_to_terminal()
-        logging.getLogger("clearance.sweep").propagate = False
-    return shown
+    if not shown.quiet:
+        log_to_terminal(options)
+        logging.getLogger("clearance.sweep").propagate = False  # `shown` prints its news
+    with closing(shown), quiet(options), terminable(), noted(GOES_ON):
+        yield shown
+
+
+def completed(options, make: Callable, draw: Callable, first: tuple[str, ...] = ()) -> int:
+    """Make a sweep and print it; exit status 1 where a point failed or the sweep had to stop.
+
+    draw: the picture of --plot; first: see `readable`.
+    """
+    from clearance.sweeping.sweep import SweepError
+
+    began, failure = time.perf_counter(), None
+    with going_on(options) as shown:
+        try:
+            result = make(shown)
+        except SweepError as error:
+            failure, result = str(error), error.sweep
+    passed = {"seconds": time.perf_counter() - began, "done_before": shown.before}
+    document = summary(result) | passed
+    if failure is not None:
+        del document["status"]
+        return complain(options, failure, FAILED, **document)
+    if options.plot and result.done.any():
+        with quiet(options):
+            document["plot"] = str(draw(result))
+    status = DONE if result.done.all() else FAILED
+    return show(options, document, readable(document, first), status)
 
 
 def run(options) -> int:
-    """Run the sweep; exit status 1 where a point failed or the sweep had to stop."""
+    """Run the sweep."""
+    from clearance.postprocess.pictures import usual
     from clearance.scene.catalogue import find_case
-    from clearance.sweeping.sweep import SweepError, sweep
+    from clearance.sweeping.sweep import sweep
 
     with quiet(options):
         case = find_case(options.case)
         points, fixed = _points(options, case)
-    shown = begin(options)
     tolerance(options)
-    began, failure = time.perf_counter(), None
-    try:
-        with quiet(options), terminable():
-            result = sweep(
-                options.case,
-                points,
-                options.output or f"{case.name}_sweep",
-                fixed=fixed,
-                channels=channel_patterns(options.channels),
-                metrics=options.metric,
-                progress=shown,
-                **taken(options, OF_MANY),
-                **taken(options, "force compression error sensitivity method"),
-                **taken(options, "max_step max_steps samples_per_turn"),
-            )
-    except SweepError as error:
-        failure, result = str(error), error.sweep
-    except KeyboardInterrupt:
-        return complain(options, "interrupted; the same command goes on where this stopped", FAILED)
-    finally:
-        shown.close()
-    document = summary(result) | {
-        "seconds": time.perf_counter() - began,
-        "done_before": shown.before,
-    }
-    if failure is not None:
-        return complain(
-            options, failure, FAILED, **{n: v for n, v in document.items() if n != "status"}
-        )
-    if options.plot:
-        from clearance.postprocess.pictures import usual
 
-        with quiet(options):
-            document["plot"] = str(usual(result.folder))
-    if options.json:
-        print(json_text(document))
-    elif not options.quiet:
-        print("\n".join(readable(document)))
-    return DONE if result.done.all() else FAILED
+    def swept(shown):
+        return sweep(
+            options.case,
+            points,
+            options.output or f"{case.name}_sweep",
+            fixed=fixed,
+            channels=channel_patterns(options.channels),
+            metrics=options.metric,
+            progress=shown,
+            **taken(options, f"{OF_MANY} {OF_SWEEP}"),
+        )
+
+    return completed(options, swept, lambda result: usual(result.folder))
 
 
 def _points(options, case):

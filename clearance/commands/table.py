@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from clearance.commands.common import DONE, add_command, existing, json_text
+from clearance.commands.common import add_command, add_options, existing, show
 from clearance.files.texts import listed
 
 SUFFIXES = (".csv", ".mat", ".tex", ".bib")
@@ -12,17 +12,14 @@ SUFFIXES = (".csv", ".mat", ".tex", ".bib")
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "table")
-    p.add_argument("file", metavar="RUN.h5", help="a result file")
-    p.add_argument(
-        "-o",
-        dest="output",
-        metavar="FILE",
-        help=".csv or .mat: channels along time; .tex: metrics with errors; .bib: sources of the "
-        "laws (default RUN.csv)",
-    )
-    p.add_argument("--channels", metavar="LIST", help='of .csv and .mat: "bodies/slider/*" (all)')
-    p.add_argument("--metrics", metavar="LIST", help='of .tex: "joint_B_*" (all)')
-    return p
+    options = {
+        "file RUN.h5": "a result file",
+        "-o FILE": ".csv or .mat: channels along time; .tex: metrics with errors; .bib: sources of "
+        "the laws (default RUN.csv)",
+        "--channels LIST": 'of .csv and .mat: "bodies/slider/*" (all)',
+        "--metrics LIST": 'of .tex: "joint_B_*" (all)',
+    }
+    return add_options(p, options)
 
 
 def run(options) -> int:
@@ -40,5 +37,4 @@ def run(options) -> int:
         else:
             write = result.to_csv if path.suffix == ".csv" else result.to_mat
             write(path, options.channels and listed(options.channels))
-    print(json_text({"file": str(path)}) if options.json else f"wrote {path}")
-    return DONE
+    return show(options, {"file": str(path)}, [f"wrote {path}"])

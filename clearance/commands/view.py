@@ -3,7 +3,14 @@
 import argparse
 from pathlib import Path
 
-from clearance.commands.common import DONE, add_command, existing, json_text, listed, number
+from clearance.commands.common import (
+    add_command,
+    add_options,
+    existing,
+    listed,
+    number,
+    show,
+)
 
 EXAMPLES = """\
   clearance view run.h5                              mechanism, clearances, curves, pressure fields
@@ -21,44 +28,26 @@ channels, of the runs of a sweep the last two turns. In the page, ? lists the ke
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "view", epilog=EXAMPLES)
-    p.add_argument(
-        "inputs",
-        metavar="FILE_OR_DIR",
-        nargs="+",
-        help="run files, up to six, or one sweep directory",
-    )
-    p.add_argument(
-        "-o",
-        dest="output",
-        metavar="PAGE.html",
-        help="page (default FILE.view.html beside a run file, view.html in a sweep directory)",
-    )
-    p.add_argument(
-        "--channels",
-        metavar="NAMES",
-        help="comma list of the curves that are shown first, as in plot "
-        "(default: accelerations, efforts, forces, films)",
-    )
-    p.add_argument(
-        "--settle",
-        type=number,
-        metavar="N",
-        help="turns of the start-up, which the page opens after (default 1); "
-        "seconds where nothing turns",
-    )
-    p.add_argument(
-        "--measured",
-        metavar="FILE.csv",
-        help="measured data over time or drive angle, with units in the header, laid over the "
-        "first of --channels, or CHANNEL=COLUMN (default: the channel that its column names)",
-    )
-    p.add_argument(
-        "--column", metavar="NAME", help="column of the measured data, where there are several"
-    )
-    p.add_argument(
-        "--shift", metavar="T", help="where in the run the measured data begin (default: found)"
-    )
-    return p
+    text = "run files, up to six, or one sweep directory"
+    p.add_argument("inputs", metavar="FILE_OR_DIR", nargs="+", help=text)
+    options = {
+        "-o PAGE.html": "page (default FILE.view.html beside a run file, view.html in a sweep "
+        "directory)",
+        "--channels NAMES": "comma list of the curves that are shown first, as in plot (default: "
+        "accelerations, efforts, forces, films)",
+        "--settle N": (
+            number,
+            None,
+            "turns of the start-up, which the page opens after (default 1); seconds where nothing "
+            "turns",
+        ),
+        "--measured FILE.csv": "measured data over time or drive angle, with units in the header, "
+        "laid over the first of --channels, or CHANNEL=COLUMN (default: the channel that its "
+        "column names)",
+        "--column NAME": "column of the measured data, where there are several",
+        "--shift T": "where in the run the measured data begin (default: found)",
+    }
+    return add_options(p, options)
 
 
 def _measured(options, source) -> list:
@@ -93,8 +82,5 @@ def run(options) -> int:
     shown = {"channels": channels, "settle": options.settle}
     page = view(inputs, options.output, measured=_measured(options, inputs[0]), **shown)
     size = page.stat().st_size
-    if options.json:
-        print(json_text({"status": "complete", "page": str(page), "bytes": size}))
-    else:
-        print(f"wrote {page} ({size / 1e6:.2f} MB); open it in a browser")
-    return DONE
+    document = {"status": "complete", "page": str(page), "bytes": size}
+    return show(options, document, [f"wrote {page} ({size / 1e6:.2f} MB); open it in a browser"])

@@ -1,22 +1,19 @@
 """`clearance wear`: the life of a mechanism whose joints wear, over many turns."""
 
 import argparse
-import time
 from pathlib import Path
 
 from clearance.commands.common import (
-    DONE,
-    FAILED,
     Line,
     add_accept,
     add_case,
     add_command,
-    complain,
-    json_text,
+    add_options,
+    noted,
     number,
-    quantity_of,
     quiet,
     scene_of,
+    show,
     taken,
 )
 from clearance.run.interrupts import terminable
@@ -56,66 +53,31 @@ def add(commands) -> argparse.ArgumentParser:
         required=True,
         help="directory of the life; one that is there goes on",
     )
-    p.add_argument(
-        "--share",
-        type=number,
-        default=0.25,
-        help="growth of a depth in a jump, over the clearance (default 0.25)",
-    )
-    p.add_argument(
-        "--tolerance",
-        type=number,
-        default=0.05,
-        help="change of the wear of a turn over a jump (default 0.05)",
-    )
-    p.add_argument(
-        "--settle", type=int, default=2, metavar="N", help="turns of a stage left out (default 2)"
-    )
-    p.add_argument(
-        "--average",
-        type=int,
-        default=2,
-        metavar="N",
-        help="turns of a stage that are measured; more, up to 50, where they scatter (default 2)",
-    )
-    p.add_argument(
-        "--jump",
-        default="replay",
-        help="replay (implicit, default) or linear (wear of a turn times turns)",
-    )
-    p.add_argument(
-        "--jump-turns",
-        type=number,
-        metavar="N",
-        help="longest jump (default by share and tolerance)",
-    )
-    p.add_argument(
-        "--rtol",
-        type=number,
-        default=1e-4,
-        metavar="R",
-        help="tolerance of the runs (default 1e-4)",
-    )
-    p.add_argument(
-        "--method", default="auto", metavar="M", help="stepper of the runs (default auto)"
-    )
-    p.add_argument("--plot", action="store_true", help="draw DIR/life.png; of a sweep its curves")
-    p.add_argument(
-        "--depth",
-        type=quantity_of("m"),
-        metavar="D",
-        help="of a sweep: a column of the turns to this depth (default one clearance)",
-    )
-    p.add_argument("--workers", type=int, metavar="N", help="of a sweep: processes (one a core)")
-    p.add_argument("--scheduler", metavar="ADDRESS", help="of a sweep: a Dask scheduler")
-    p.add_argument("--retry-failed", action="store_true", help="of a sweep: also what failed")
+    options = {
+        "--share X": (0.25, "growth of a depth in a jump, over the clearance"),
+        "--tolerance X": (0.05, "change of the wear of a turn over a jump"),
+        "--settle N": (2, "turns of a stage left out"),
+        "--average N": (2, "measured turns of a stage; more, up to 50, where they scatter"),
+        "--jump JUMP": ("replay", "replay (implicit) or linear (wear of a turn times turns)"),
+        "--jump-turns N": (number, None, "longest jump (default by share and tolerance)"),
+        "--rtol R": (1e-4, "tolerance of the runs"),
+        "--method M": ("auto", "stepper of the runs"),
+        "--plot": "draw DIR/life.png; of a sweep its curves",
+        "--depth D": (
+            "m",
+            None,
+            "of a sweep: a column of the turns to this depth (default one clearance)",
+        ),
+        "--workers N": (int, None, "of a sweep: processes (one a core)"),
+        "--scheduler ADDRESS": "of a sweep: a Dask scheduler",
+        "--retry-failed": "of a sweep: also what failed",
+    }
     add_accept(p)
-    return p
+    return add_options(p, options)
 
 
 def run(options) -> int:
     """The life, its table; exit status 1 where a stage fails or a wall is worn through."""
-    from clearance.simulation import SimulationError
     from clearance.wearing.life import wear
 
     points, fixed = points_of(options)
@@ -125,24 +87,18 @@ def run(options) -> int:
         name = given[0].replace("_", "-")
         raise ValueError(f"--{name} belongs to sweeps of lives: a -p with several values")
     case, values, scene = scene_of(options)
-    line = Line(options)
-
-    def progress(done: float, stage: str) -> None:
-        line(f"{100.0 * done:.1f} % of the turns, {stage}")
-
     chosen = taken(options, f"{NAMES} accept_changes")
+    note = "stages before it are stored; the same command goes on from the last one"
     try:
-        with terminable():
-            life = wear(scene, **chosen, directory=options.output, progress=progress)
-    except (SimulationError, RuntimeError) as error:
-        return complain(
-            options, f"{error}; stages before it are stored in {options.output}", FAILED
-        )
-    except KeyboardInterrupt as request:
-        request.add_note("stages before it are stored; the same command goes on from the last one")
-        raise
-    finally:
-        line.clear()
+        with Line(options) as line, terminable(), noted(note):
+            life = wear(
+                scene,
+                **chosen,
+                directory=options.output,
+                progress=lambda done, stage: line(f"{100.0 * done:.1f} % of the turns, {stage}"),
+            )
+    except RuntimeError as error:
+        raise RuntimeError(f"{error}; stages before it are stored in {options.output}") from error
     picture = None
     if options.plot:
         from clearance.postprocess.lives import life as draw
@@ -158,12 +114,7 @@ def run(options) -> int:
         "stages": table,
         "metrics": life.stages[-1]["metrics"],
     }
-    print(
-        json_text(document)
-        if options.json
-        else "\n".join(_readable(case.name, life, table, picture))
-    )
-    return DONE
+    return show(options, document, _readable(case.name, life, table, picture))
 
 
 def points_of(options):
@@ -176,42 +127,30 @@ def points_of(options):
 
 
 def _many(options, points, fixed) -> int:
-    """The lives of several points; exit status 1 where one fails."""
-    from clearance.commands import sweep as command
-    from clearance.sweeping.sweep import SweepError, sweep
+    """The lives of several points."""
+    from clearance.commands.sweep import completed
+    from clearance.postprocess.maps import curves
+    from clearance.sweeping.sweep import sweep
 
-    began, options.quiet = time.perf_counter(), options.json
-    shown, failure = command.Progress(options), None
+    options.quiet, options.until = False, None
     life = taken(options, f"{NAMES} depth")
-    try:
-        with quiet(options), terminable():
-            result = sweep(
-                options.case,
-                points,
-                options.output,
-                fixed=fixed,
-                progress=shown,
-                life={n: v for n, v in life.items() if v is not None},
-                **taken(options, f"{OF_MANY} accept_changes"),
-            )
-    except SweepError as error:
-        failure, result = str(error), error.sweep
-    except KeyboardInterrupt:
-        return complain(options, "interrupted; the same command goes on where this stopped", FAILED)
-    finally:
-        shown.close()
-    if options.plot and result.done.any():
-        from clearance.postprocess import maps
 
-        names = [n for n in result.metrics if n.endswith(("_depth", "_volume", "_to_depth"))]
-        maps.curves(result, Path(options.output) / "curves.png", metrics=names)
-    passed = {"seconds": time.perf_counter() - began, "done_before": shown.before}
-    document = command.summary(result) | passed
-    if failure is not None:
-        return complain(options, failure, FAILED)
-    words = "\n".join(command.readable(document, first=LIFE))
-    print(json_text(document) if options.json else words)
-    return DONE if result.done.all() else FAILED
+    def swept(shown):
+        return sweep(
+            options.case,
+            points,
+            options.output,
+            fixed=fixed,
+            progress=shown,
+            life={n: v for n, v in life.items() if v is not None},
+            **taken(options, f"{OF_MANY} accept_changes"),
+        )
+
+    def drawn(result):
+        names = [n for n in result.metrics if n.endswith(LIFE[:3])]
+        return curves(result, Path(options.output) / "curves.png", metrics=names)
+
+    return completed(options, swept, drawn, LIFE)
 
 
 def _readable(name: str, life, table: list[dict], picture: str | None) -> list[str]:

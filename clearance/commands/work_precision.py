@@ -9,6 +9,7 @@ from clearance.commands.common import (
     add_case,
     add_command,
     add_length,
+    add_options,
     make_folder,
     publish,
     scene_of,
@@ -20,12 +21,12 @@ def add(commands) -> argparse.ArgumentParser:
     p = add_command(commands, "work-precision")
     add_case(p)
     add_length(p)
-    p.add_argument("--peers", action="store_true", help="also numbalsoda, SUNDIALS where installed")
-    p.add_argument(
-        "--physics", action="store_true", help="compare choices of physics instead of solvers"
-    )
-    p.add_argument("-o", dest="output", metavar="DIR", help="folder for table, picture and HDF5")
-    return p
+    options = {
+        "--peers": "also numbalsoda, SUNDIALS where installed",
+        "--physics": "compare choices of physics instead of solvers",
+        "-o DIR": "folder for table, picture and HDF5",
+    }
+    return add_options(p, options)
 
 
 def run(options) -> int:
