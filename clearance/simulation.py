@@ -31,6 +31,7 @@ from clearance.run.options import (
     Solver,
     Span,
     affordable,
+    check_settle,
     longest_step,
     span_of,
 )
@@ -169,6 +170,7 @@ def simulate(
     )
     sensing = None if sensitivity is None else _sensing(scene, sensitivity, prepared, settle)
     run = prepared(opened=_opened(path, checkpoint))
+    check_settle(scene, settle, run.span.until)
     if sensing:
         sensing.check(run)
     matching(run.mechanism.layout.channels, channels)

@@ -9,15 +9,19 @@ finding.
 """
 
 import contextlib
+import dis
+import math
 import os
 import sys
 import time
 from collections.abc import Callable
-from functools import cache, partial
+from dataclasses import dataclass
+from functools import cache, cached_property, partial
 
 import numpy as np
 
-from clearance.accuracy.horizon import NotSolved, Problem, Solution
+from clearance.accuracy import horizon
+from clearance.accuracy.horizon import NotSolved
 from clearance.machine import store
 from clearance.stepping.locating import FREE
 from clearance.stepping.state import SPOT_VALUES
@@ -27,6 +31,88 @@ BIGGEST_STEP = 1.0 / 96.0  # of a turn, where contacts must not be jumped over
 FIRST_STEP = 1e-7
 BUDGET = 20.0  # seconds a peer may spend on one solution
 PHASES = 100_000
+
+
+REFERENCE_RTOL = 1e-13
+CHECK_RTOL = 1e-12
+
+
+@dataclass(frozen=True)
+class Solution:
+    """States at the problem's times, and what they cost: CPU seconds of one thread.
+
+    call: of the complete call, where seconds are those of the compiled loop alone.
+    """
+
+    states: np.ndarray
+    seconds: float
+    steps: int
+    evaluations: int
+    contacts: int = 0
+    call: float = math.nan
+
+
+class Problem(horizon.Problem):
+    """A scene as an initial value problem that any solver can be given: one compiled right-hand
+    side, one error measure.
+
+    The error of a solution is the largest deviation of the compared states from the reference.
+    """
+
+    @property
+    def films(self) -> bool:
+        return any(j.film is not None for j in self.scene.clearance_joints)
+
+    @property
+    def contacts(self) -> bool:
+        return any(j.impacts for j in self.scene.clearance_joints)
+
+    @property
+    def remembers(self) -> bool:
+        """True where a contact law depends on the impact speed: such a law needs a solver that
+        locates events.
+        """
+        laws = [j.contact.law.function for j in self.scene.clearance_joints if j.impacts]
+        return any(
+            i.argval == "impact_speed"
+            for f in laws
+            for i in dis.get_instructions(f)
+            if "LOAD" in i.opname
+        )
+
+    def start(self) -> np.ndarray:
+        return self.mechanism.y0.copy()
+
+    def work(self) -> np.ndarray:
+        return np.append(self.mechanism.work0, 0.0)
+
+    def own(
+        self, method: str, rtol: float, displacement: float = 0.0, max_steps: int | None = None
+    ) -> Solution:
+        """Solved by a stepper of this package, warm; seconds are CPU time of the compiled loop."""
+        began = time.thread_time()
+        run, rows = self.solved(method, rtol, displacement, max_steps)
+        counts = int(run.state.steps), int(run.state.evaluations), run.contact_count
+        return Solution(rows, run.cpu, *counts, call=time.thread_time() - began)
+
+    def error(self, states: np.ndarray) -> float:
+        return float(self.distance(states, self.reference).max())
+
+    @cached_property
+    def reference_methods(self) -> tuple[str, str]:
+        """The method of the reference, and the second one that checks it."""
+        return ("radau9", "radau5") if self.films else ("dop853", "radau9")
+
+    @cached_property
+    def reference(self) -> np.ndarray:
+        return self.own(self.reference_methods[0], REFERENCE_RTOL).states
+
+    @cached_property
+    def doubt(self) -> float:
+        """Deviation of a second method at its tightest from the reference: no error below this
+        means anything.
+        """
+        return self.error(self.own(self.reference_methods[1], CHECK_RTOL).states)
 
 
 class OverBudget(Exception):

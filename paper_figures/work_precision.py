@@ -15,10 +15,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from clearance.paper_figures.peers import PEERS
+from clearance.paper_figures.peers import PEERS, Problem
 
 from clearance.accuracy.companion import THROUGHOUT
-from clearance.accuracy.horizon import DISPLACEMENT, NotSolved, Problem, parting
+from clearance.accuracy.horizon import DISPLACEMENT, NotSolved, parting
 from clearance.files.texts import markdown
 from clearance.metrics.by_turn import means
 from clearance.metrics.statistics import Mean

@@ -10,6 +10,7 @@ from clearance.postprocess import figures
 from clearance.postprocess.channels import name_of
 
 from clearance.results.record import Record, speed_of
+from clearance.values.units import behind
 
 NO_BREAK = "\u00a0"
 #: characters of a title per inch of its figure
@@ -105,7 +106,7 @@ def shown_in(units: str, values, scales: dict = SHOWN_IN) -> tuple[str, float]:
 
 def with_unit(value: float, unit: str) -> str:
     """A number in print, with its unit where it has one."""
-    return f"{value:.4g}" if unit in ("?", "1", "-") else f"{value:.4g} {unit}"
+    return f"{value:.4g}{behind(unit)}"
 
 
 def wrapped(text: str, width: float) -> str:

@@ -19,6 +19,7 @@ from clearance.metrics.metrics import SETTLING
 from clearance.results.record import Record
 from clearance.sweeping.index import Sweep
 from clearance.values.spelling import as_column
+from clearance.values.units import behind
 
 #: metrics that a picture shows by itself, the first of each that the sweep has; force: of a
 #: clearance joint
@@ -125,8 +126,7 @@ class Axis:
 
     def says(self, i: int) -> str:
         """A value with name and units: "clearance 0.1 mm"."""
-        units = "" if self.units in ("-", "1", "?") else f" {self.units}"
-        return f"{self.name.replace('_', ' ')} {self.text(i)}{units}"
+        return f"{self.name.replace('_', ' ')} {self.text(i)}{behind(self.units)}"
 
 
 @dataclass(frozen=True)

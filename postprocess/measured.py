@@ -13,7 +13,7 @@ from clearance.postprocess.labels import axis_label
 
 from clearance.identify.measured import Measured, read
 from clearance.results.record import Record
-from clearance.values.units import quantity
+from clearance.values.units import behind, quantity
 
 FINEST = 2**20  # points of the grid on which a shift is looked for
 FEW = 400  # rows up to which each is a dot
@@ -68,7 +68,7 @@ class Comparison:
         return f"{360.0 * self.shift:.6g} deg"
 
     def __str__(self) -> str:
-        unit = "" if self.units in ("-", "1") else f" {self.units}"
+        unit = behind(self.units)
         return (
             f"{self.label}: rms error {self.rms:.4g}{unit}, "
             f"{100.0 * self.share:.3g}% of the measured range; "

@@ -102,8 +102,7 @@ class Sensing:
         for number in self.parameters:
             values, others = fine.around(number, PLACES), loose.around(number, (-1, 1))
             rows |= {(name, number.name): s for name, s in differences(number, values, others)}
-        keys = [(m, p.name) for m in dict.fromkeys(m for m, _ in rows) for p in self.parameters]
-        return Sensitivities({key: rows[key] for key in keys if key in rows})
+        return Sensitivities(by_metric(rows))
 
     def add(self, run: Run, sink) -> None:
         """Add the sensitivities of a run to the record of its sink; where there are none it states
@@ -124,6 +123,13 @@ class Sensing:
             sink.add(sensitivities.groups())
         else:
             LOG.warning("%s has no sensitivities: there is no room for them", sink.path)
+
+
+def by_metric(rows: dict[tuple[str, str], Sensitivity]) -> dict[tuple[str, str], Sensitivity]:
+    """Sensitivities in the order of their metrics; those of a metric stay as they are."""
+    metrics_in_order = dict.fromkeys(metric for metric, _ in rows)
+    order = {metric: i for i, metric in enumerate(metrics_in_order)}
+    return dict(sorted(rows.items(), key=lambda row: order[row[0][0]]))
 
 
 def reason_without(run: Run) -> str:

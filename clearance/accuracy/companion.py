@@ -35,6 +35,7 @@ from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism
 from clearance.metrics.metrics import Metric, Window, metrics, offsets
 from clearance.results.errors import AUTO, TRAJECTORY, Error, Errors, ExtremeErrors, geometric_mean
+from clearance.results.extremes import sign_of
 from clearance.results.record import Record
 from clearance.results.recorder import MemoryRecord
 from clearance.results.result import Result
@@ -346,7 +347,7 @@ def _of_rivals(run: Record, errors: ExtremeErrors, begin: float, end: float) -> 
     """
     part = run.located.whole(begin, end)
     values, bounds = run.located.values[part], errors.stated[part]
-    signs = np.array([-1.0 if n.endswith("_min") else 1.0 for n in run.located.names])
+    signs = np.array([*map(sign_of, run.located.names)])
     reached = np.where(np.isfinite(values), signs * values, -np.inf)
     if not len(reached):
         return {}

@@ -102,6 +102,15 @@ class Request:
                 self.check(errors)
                 yield name, eps, errors[name], True
 
+    def over(self, errors: Errors) -> tuple[tuple[float, str], tuple[float, str]]:
+        """The worst of stated over requested errors with its name, and that of film tables."""
+        worst, table = (0.0, ""), (0.0, "")
+        for name, eps, error, with_film in self.wanted(errors):
+            worst = max(worst, (relative(error.stated, error, name) / eps, name), key=_first)
+            if with_film:
+                table = max(table, (relative(error.film, error, name) / eps, name), key=_first)
+        return worst, table
+
     def check(self, names: Iterable[str]) -> None:
         """Raises ValueError for a name that is not among those of a run."""
         for name in self.asked:
@@ -309,15 +318,7 @@ class ToleranceSearch:
 
     def _verdict(self, errors: Errors, rtol: float) -> str | None:
         """None: go on; "": reached; else why it cannot be."""
-        name, worst, table, part = "", 0.0, "", 0.0
-        for n, eps, error, with_film in self.request.wanted(errors):
-            name, worst = max(
-                (name, worst), (n, relative(error.stated, error, n) / eps), key=_second
-            )
-            if with_film:
-                table, part = max(
-                    (table, part), (n, relative(error.film, error, n) / eps), key=_second
-                )
+        (worst, name), (part, table) = self.request.over(errors)
         self.past.append((rtol, worst))
         self.reached = (
             f"{worst * self.request.of_name(name):.1e} of {name} at rtol {rtol:g}" if name else ""
@@ -357,5 +358,5 @@ def relative(part: float, error: Error, name: str) -> float:
     return part if name == TRAJECTORY else share(part, error.value)
 
 
-def _second(pair: tuple) -> float:
-    return pair[1]
+def _first(pair: tuple) -> float:
+    return pair[0]

@@ -2,7 +2,7 @@
 
 import argparse
 
-from clearance.commands.common import DONE, add_command, json_text, quiet
+from clearance.commands.common import add_command, quiet, show
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -23,23 +23,14 @@ def run(options) -> int:
 
     with quiet(options):
         cases = [find_case(name) for name in options.cases or case_names()]
-    if options.json:
-        rows = {
-            c.name: {
-                "summary": c.summary,
-                "parameters": {
-                    p.name: {"default": p.default, "units": p.units, "text": p.text}
-                    for p in c.parameters.values()
-                },
-            }
-            for c in cases
-        }
-        print(json_text(rows, indent=1))
-        return DONE
+    rows, lines = {}, []
     for case in cases:
-        print(f"{case.name}: {case.summary}")
+        rows[case.name] = {"summary": case.summary, "parameters": {}}
+        lines.append(f"{case.name}: {case.summary}")
         for p in case.parameters.values():
+            about = {"default": p.default, "units": p.units, "text": p.text}
+            rows[case.name]["parameters"][p.name] = about
             default = f"{p.default:g}" if isinstance(p.default, float) else str(p.default)
-            print(f"    {p.name:<20} {default:>18} {p.units:<9} {p.text}")
-        print()
-    return DONE
+            lines.append(f"    {p.name:<20} {default:>18} {p.units:<9} {p.text}")
+        lines.append("")
+    return show(options, rows, lines)

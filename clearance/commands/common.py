@@ -15,7 +15,6 @@ from clearance.commands import COMMANDS
 from clearance.files.texts import listed as listed
 from clearance.files.texts import shortened
 from clearance.values import checks
-from clearance.values.checks import meant
 
 DONE, FAILED, WRONG = 0, 1, 2
 LOG_INTERVAL = 30.0  # seconds between the lines of a study whose stderr is no terminal
@@ -112,11 +111,7 @@ def pair(option: str, text: str, form: str = "NAME=VALUE") -> tuple[str, str]:
 
 def seed_of(options) -> int:
     """--seed. Raises ValueError for a negative one, and for one that no file can keep."""
-    if options.seed < 0:
-        raise ValueError(f"--seed must be a whole number from 0 on, got {options.seed}")
-    if options.seed >= 2**63:
-        raise ValueError(f"--seed must be less than 2^63, got {options.seed}")
-    return options.seed
+    return checks.whole("--seed", options.seed, 0, 2**63 - 1)
 
 
 def add_case(
@@ -234,9 +229,7 @@ def given(options, names: dict) -> dict[str, str]:
     values: dict[str, str] = {}
     for item in options.parameters:
         name, text = pair("-p", item)
-        if name not in names:
-            answer = f"{meant(name, names)}; it has {', '.join(names)}"
-            raise ValueError(f"the case has no parameter {name!r}{answer}")
+        checks.known("the case has no parameter", name, names)
         if name in values:
             raise ValueError(f"-p {item}: {name} is given twice, {values[name]} before")
         values[name] = text
@@ -248,12 +241,17 @@ def quiet(options):
     return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()
 
 
-def scene_of(options):
-    """The case requested, its parameters as given, and its scene."""
+def case_of(options):
+    """The case requested."""
     from clearance.scene.catalogue import find_case
 
     with quiet(options):
-        case = find_case(options.case)
+        return find_case(options.case)
+
+
+def scene_of(options):
+    """The case requested, its parameters as given, and its scene."""
+    case = case_of(options)
     with quiet(options):
         values = case.read(given(options, case.parameters))
         scene = case.scene(**values)

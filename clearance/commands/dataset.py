@@ -7,6 +7,7 @@ from clearance.commands.common import (
     add_case,
     add_command,
     add_options,
+    case_of,
     given,
     seed_of,
     show,
@@ -48,11 +49,10 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Make the records and print where they are."""
-    from clearance.scene.catalogue import find_case
     from clearance.sweeping.dataset import dataset
     from clearance.sweeping.points import range_from_words
 
-    case, ranges, fixed = find_case(options.case), {}, {}
+    case, ranges, fixed = case_of(options), {}, {}
     for name, text in given(options, case.parameters).items():
         parameter = case.parameters[name]
         if ":" in text:

@@ -4,13 +4,12 @@ import argparse
 import textwrap
 
 from clearance.commands.common import (
-    DONE,
     Line,
     add_case,
     add_command,
     add_options,
-    json_text,
     scene_of,
+    show,
 )
 
 
@@ -29,37 +28,32 @@ def run(options) -> int:
     case, values, scene = scene_of(options)
     parts = ablation.ablation(scene, options.cost, Line(options))
     report = {"parameters_given": values, **explain(scene), "cost": ablation.plain(parts)}
-    if options.json:
-        print(json_text(report))
-        return DONE
-    print(f"{case.name}: {len(report['bodies'])} bodies, {len(report['states'])} states")
-    for name in report["states"]:
-        print(f"  state      {name}")
+    lines = [f"{case.name}: {len(report['bodies'])} bodies, {len(report['states'])} states"]
+    lines += [f"  state      {name}" for name in report["states"]]
     for name, joint in report["joints"].items():
         laws = ", ".join(f"{k} {v}" for k, v in joint.items() if k not in ("kind", "reality"))
-        print(f"  joint {name:<4} {joint['reality']} {joint['kind']}{': ' + laws if laws else ''}")
-    for group in report["plan"]:
-        print(f"  position   {group['bodies']} {group['solved']}")
+        text = f": {laws}" if laws else ""
+        lines.append(f"  joint {name:<4} {joint['reality']} {joint['kind']}{text}")
+    lines += [f"  position   {group['bodies']} {group['solved']}" for group in report["plan"]]
     for role, k in report["kernels"].items():
         calls = f", calls {', '.join(k['calls'])}" if k["calls"] else ""
-        print(f"  kernel     {role}: {k['operations']} operations{calls}")
-    print(
-        f"  numbers    {report['parameters']} parameters, {report['derived_parameters']} derived "
-        f"from them"
-    )
-    print(f"  outputs    {len(report['channels'])} channels")
-    print(f"  modules    {len(report['modules'])} imported; --json has their names")
-    reason = report["not_in_lanes"]
+        lines.append(f"  kernel     {role}: {k['operations']} operations{calls}")
+    reason, reasons = report["not_in_lanes"], "; ".join(report["not_exported"])
     way = f"each point by itself: {reason}" if reason else "points side by side, in lanes"
-    print(f"  sweeps     {way}")
-    reasons = "; ".join(report["not_exported"])
-    print(f"  export     {f'impossible: {reasons}' if reasons else 'as C source and as FMU'}")
-    print(_listed("left out", report["left_out"]))
-    print(f"  store      {report['store']}")
-    for warning in report["warnings"]:
-        print(f"  warning    {warning}")
-    print("\n" + "\n".join(ablation.table(parts)))
-    return DONE
+    lines += [
+        f"  numbers    {report['parameters']} parameters, {report['derived_parameters']} derived "
+        "from them",
+        f"  outputs    {len(report['channels'])} channels",
+        f"  modules    {len(report['modules'])} imported; --json has their names",
+        f"  sweeps     {way}",
+        f"  export     {f'impossible: {reasons}' if reasons else 'as C source and as FMU'}",
+        _listed("left out", report["left_out"]),
+        f"  store      {report['store']}",
+        *(f"  warning    {warning}" for warning in report["warnings"]),
+        "",
+        *ablation.table(parts),
+    ]
+    return show(options, report, lines)
 
 
 def _listed(what: str, items: list[str]) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from clearance.commands.common import DONE, FAILED, Line, add_command, add_options, json_text
 from clearance.run.interrupts import end_groups, lead_group, terminable
-from clearance.values.checks import meant
+from clearance.values.checks import known
 
 EXAMPLES = """\
   clearance figures --list                       names and titles
@@ -74,7 +74,6 @@ def run(options) -> int:
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"-o {folder} is a file; give a directory")
     gallery.read(folder)  # another kind of folder is refused before anything runs
-    folder.mkdir(parents=True, exist_ok=True)
     with locked(folder, "drawing figures there"), terminable():
         try:
             drawn = _draw(options, names, folder)
@@ -179,7 +178,5 @@ def _chosen(patterns: list[str], names: list[str]) -> list[str]:
     """
     for pattern in patterns:
         if not any(fnmatch(n, pattern) for n in names):
-            raise ValueError(
-                f"no figure {pattern!r}{meant(pattern, names)}; there are {', '.join(names)}"
-            )
+            known("no figure", pattern, names)
     return list(dict.fromkeys(n for p in patterns or ["*"] for n in names if fnmatch(n, p)))

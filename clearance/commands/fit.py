@@ -18,6 +18,7 @@ from clearance.commands.common import (
     taken,
 )
 from clearance.commands.free import bounded_scene, check_bounds
+from clearance.values.units import behind
 
 EXAMPLES = """\
 -p NAME=LOW:HIGH is fitted between these bounds, -p NAME=VALUE holds. A name is that of a parameter
@@ -108,8 +109,7 @@ def lines(result, document: dict) -> list[str]:
     text = [f"{result.problem.scene.name}: {judged.samples} values of {len(result.curves)} records"]
     text += [f"  {shown(i)}" for i in judged.intervals]
     for name, (value, deviation, units) in result.nuisances.items():
-        unit = "" if units in ("?", "1") else f" {units}"
-        text.append(f"  {name} = {value:.4g}{unit} (deviation {deviation:.2g})")
+        text.append(f"  {name} = {value:.4g}{behind(units)} (deviation {deviation:.2g})")
     text += [f"  {line}" for line in judged.products]
     for i, row in enumerate(judged.correlation[: len(judged.intervals)]):
         pairs = ((judged.names[j], row[j]) for j in range(i))

@@ -9,6 +9,7 @@ from clearance.commands.common import (
     add_case,
     add_command,
     add_options,
+    case_of,
     given,
     listed,
     number,
@@ -62,10 +63,8 @@ def run(options) -> int:
     it.
     """
     from clearance.motions.follow import follow
-    from clearance.scene.catalogue import find_case
 
-    with quiet(options):
-        case = find_case(options.case)
+    case = case_of(options)
     texts = given(options, case.parameters)
     name, ends, fixed = _range(case, texts)
     unit = unit_in(texts[name])

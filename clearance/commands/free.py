@@ -1,13 +1,15 @@
 """Free parameters of a command line: -p NAME=LOW:HIGH beside -p NAME=VALUE."""
 
+from clearance.commands.common import case_of
+from clearance.values import checks
+
 
 def bounded_scene(options) -> tuple:
     """The scene with the parameters that hold; bounds by name, None where a value is missing."""
-    from clearance.scene.catalogue import find_case
     from clearance.scene.parameter import varied
     from clearance.values.units import quantity
 
-    case, values, numbers, bounds = find_case(options.case), {}, {}, {}
+    case, values, numbers, bounds = case_of(options), {}, {}, {}
     for item in options.parameters:
         name, equals, text = item.partition("=")
         if name in {*values, *numbers, *bounds}:
@@ -19,10 +21,7 @@ def bounded_scene(options) -> tuple:
         elif name in case.parameters:
             values |= case.read({name: text}, values)
         else:
-            from clearance.values.checks import meant
-
-            hint = meant(name, case.parameters)
-            raise ValueError(f"the case has no parameter {name!r}{hint}")
+            checks.known("the case has no parameter", name, case.parameters)
     scene = case.scene(**values)
     if numbers:
         units = {n: varied(scene, n, 1.0).units for n in numbers}

@@ -33,7 +33,6 @@ from clearance.commands.common import (
     taken,
 )
 from clearance.run.interrupts import terminable
-from clearance.values import checks
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -96,7 +95,6 @@ def run(options) -> int:
         steady.check(options)
         chaotic = chaos.recognised(options, scene)
         options.error = None if chaotic else options.error
-        _check_settle(options, case, scene)
         output = _output(options, case)
         replaced = output.exists()
         with noted(f"{output} was not written"):
@@ -127,19 +125,6 @@ def run(options) -> int:
         summary.pop("status")
         return complain(options, failure, FAILED, **summary)
     return show(options, summary, _readable(summary, lines))
-
-
-def _check_settle(options, case, scene) -> None:
-    """Raises ValueError for a --settle that is negative or leaves nothing of the run."""
-    if options.settle is None:
-        return
-    from clearance.run.options import span_of
-
-    unit = scene.turn or 1.0
-    span = span_of(scene, **length_of(options, case, scene), samples=2).until / unit
-    if checks.non_negative("settle", options.settle) >= span * (1.0 - 1e-9):
-        units = "turns" if scene.turn else "s"
-        raise ValueError(f"settle = {options.settle:g} leaves nothing of a run of {span:g} {units}")
 
 
 def _output(options, case) -> Path:

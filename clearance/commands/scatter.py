@@ -11,6 +11,7 @@ from clearance.commands.common import (
     add_case,
     add_command,
     add_options,
+    case_of,
     given,
     pair,
     quiet,
@@ -19,6 +20,7 @@ from clearance.commands.common import (
 )
 from clearance.commands.sweep import OF_MANY, add_runs, going_on
 from clearance.values import checks
+from clearance.values.units import behind
 
 SHOWN = 6  # metrics in the summary
 MORE_POINTS = "no exact index is; see the intervals, which more points narrow"
@@ -54,11 +56,10 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Run the points; exit status 1 where one failed or the sweep had to stop."""
-    from clearance.scene.catalogue import find_case
     from clearance.sweeping.chance import scatter
 
+    case = case_of(options)
     with quiet(options):
-        case = find_case(options.case)
         spread, fixed = _parameters(options, case)
         limits = dict(pair("--limit", text, "METRIC=VALUE") for text in options.limit)
     began, folder = time.perf_counter(), Path(options.output or f"{case.name}_scatter")
@@ -105,9 +106,7 @@ def _value(parameter, text: str) -> object:
 
     kind, bracket, _ = text.partition("(")
     if bracket and parameter.kind is float:
-        meant = checks.meant(kind, DISTRIBUTIONS)
-        all_names = ", ".join(DISTRIBUTIONS)
-        raise ValueError(f"{parameter.name}: no distribution {kind!r}{meant}; one of {all_names}")
+        checks.known(f"{parameter.name}: no distribution", kind, DISTRIBUTIONS)
     if ":" in text and parameter.kind is float:
         meant = f"uniform({','.join(text.split(':')[:2])})"
         raise ValueError(f"{parameter.name}: {text} is no distribution; {meant} is one")
@@ -161,7 +160,7 @@ def readable(document: dict) -> list[str]:
             "parameters they are biased"
         )
     for name, m in list(d["metrics"].items())[:SHOWN]:
-        units, q = "" if m["units"] == "1" else f" {m['units']}", m["quantiles"]
+        units, q = behind(m["units"]), m["quantiles"]
         ends = f"{q['0.05']['value']:.5g} to {q['0.95']['value']:.5g}"
         lines.append(f"  {name:<38} median {q['0.5']['value']:.5g}, 90 % within {ends}{units}")
         if "limit" in m:

@@ -19,6 +19,7 @@ from clearance.commands.common import (
     add_command,
     add_force,
     add_options,
+    case_of,
     channel_patterns,
     complain,
     given,
@@ -30,7 +31,7 @@ from clearance.commands.common import (
     taken,
 )
 from clearance.run.interrupts import terminable
-from clearance.values.units import unit_in
+from clearance.values.units import behind, unit_in
 
 SHOWN = 12  # metrics in the summary
 #: options of a sweep, and of `add_runs`
@@ -154,11 +155,10 @@ def completed(options, make: Callable, draw: Callable, first: tuple[str, ...] = 
 def run(options) -> int:
     """Run the sweep."""
     from clearance.postprocess.pictures import usual
-    from clearance.scene.catalogue import find_case
     from clearance.sweeping.sweep import sweep
 
+    case = case_of(options)
     with quiet(options):
-        case = find_case(options.case)
         points, fixed = _points(options, case)
     tolerance(options)
 
@@ -374,7 +374,7 @@ def readable(document: dict, first: tuple[str, ...] = ()) -> list[str]:
         + f"; {fresh} in {d['seconds']:.3g} s"
     ]
     for name, m in ordered[:SHOWN]:
-        units = "" if m["units"] == "1" else f" {m['units']}"
+        units = behind(m["units"])
         lines.append(f"  {name:<38} {_range(name, m, units, at)}")
     if len(d["metrics"]) > SHOWN:
         lines.append(f"  and {len(d['metrics']) - SHOWN} more metrics")

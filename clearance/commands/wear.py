@@ -9,9 +9,9 @@ from clearance.commands.common import (
     add_case,
     add_command,
     add_options,
+    case_of,
     noted,
     number,
-    quiet,
     scene_of,
     show,
     taken,
@@ -120,10 +120,8 @@ def run(options) -> int:
 def points_of(options):
     """Points and fixed parameters of -p NAME=VALUES, a grid."""
     from clearance.commands.sweep import grid_of
-    from clearance.scene.catalogue import find_case
 
-    with quiet(options):
-        return grid_of(options, find_case(options.case))
+    return grid_of(options, case_of(options))
 
 
 def _many(options, points, fixed) -> int:

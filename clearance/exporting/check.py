@@ -51,7 +51,7 @@ def checked(model: Model, path: str | Path, until: float | None = None) -> list[
     messages = tuple(validate_fmu(str(path)))
     until = until or _length(model)
     run = simulate(model.scene, until=until, rtol=FINER, samples=ROWS + 1, progress=False)
-    sizes = _sizes(model, run)
+    sizes = _sizes(model)
     names = {structured(path): path for path in sizes}
     differences = []
     for kind, more in KINDS.items():
@@ -79,7 +79,7 @@ def _length(model: Model) -> float:
     return turn * (BRIEF if touches else TURNS) if turn else SECONDS
 
 
-def _sizes(model: Model, run) -> dict[str, float]:
+def _sizes(model: Model) -> dict[str, float]:
     """Natural sizes of the states that are outputs; of a moved mechanism those of its bodies."""
     layout, mechanism = model.layout, model.mechanism
     states = {c.path: model.state_channel(i) for i, c in enumerate(layout.channels)}

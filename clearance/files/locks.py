@@ -181,14 +181,21 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def replace_file(path: Path, content: str | bytes) -> None:
+    """Write a file under a temporary name, so completely or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
 @contextmanager
 def locked(folder: Path, doing: str) -> Iterator[None]:
     """One process at a time in a folder, where the system has file locks; they end with the process
     that holds them.
 
-    doing: what the other one is doing, for the message. Raises ValueError where the folder is in
-        use.
+    The folder is made where it is not there. doing: what the other one is doing, for the message.
+    Raises ValueError where the folder is in use.
     """
+    folder.mkdir(parents=True, exist_ok=True)
     with Lock(folder / "lock", f"{folder} is in use: another process is {doing}") as lock:
         if not lock.held:
             LOG.warning("this file system has no locks: see that nobody else uses %s", folder)

@@ -52,7 +52,7 @@ from clearance.sweeping.scatter import Distribution, Estimate, probability
 from clearance.sweeping.sweep import sweep
 from clearance.values import checks
 from clearance.values.accessors import Celled, accessor
-from clearance.values.units import quantity, written
+from clearance.values.units import behind, quantity, written
 from clearance.version import VERSION
 
 STARTS = 4
@@ -150,7 +150,7 @@ class Optimum(Celled):
     def words(self) -> list[str]:
         """Prices of limits and bounds, a sentence each."""
         about, goal = self.design.known, self.goals[0]
-        units = _unit(about[goal.name].units)
+        units = behind(about[goal.name].units)
         lines = []
         for limit in self.design.active(self.point, self.limits):
             step = 10.0 ** math.floor(math.log10(limit.size / 10.0))
@@ -245,13 +245,9 @@ class Optimum(Celled):
         return f"<{self.goals[0].text} of {self.design.scene.name}: {values}>"
 
 
-def _unit(units: str) -> str:
-    return "" if units in ("1", "-", "?") else f" {units}"
-
-
 def _amount(value: float, units: str) -> str:
     """A number with its unit, lengths in micrometres."""
-    return written(value, "um") if units == "m" else f"{value:g}{_unit(units)}"
+    return written(value, "um") if units == "m" else f"{value:g}{behind(units)}"
 
 
 def case_of(scene: Scene, names: Iterable[str]) -> Scene:
@@ -326,9 +322,8 @@ def optimize(
     goals += [Goal(g.name, -g.sign) for g in map(Goal.of, listed(maximize) or ())]
     if len(goals) not in (1, 2):
         raise ValueError(f"optimize needs one or two goals, got {len(goals)}")
-    for name, value, least in (("starts", starts, 1), ("designs", designs, 3)):
-        if not (isinstance(value, int) and value >= least):
-            raise ValueError(f"optimize: {name} must be a whole number from {least}, got {value!r}")
+    checks.whole("optimize: starts", starts, 1)
+    checks.whole("optimize: designs", designs, 3)
     share = checks.inner_fraction("share", checks.share("share", share))
     free = [bounded(scene, name, ends) for name, ends in dict(parameters).items()]
     options = {"turns": turns, "until": until, "start": start, "samples_per_turn": samples_per_turn}
@@ -346,7 +341,6 @@ def optimize(
         with tempfile.TemporaryDirectory() as aside:
             return search.result(None, Path(aside) / "check")
     path = Path(folder)
-    path.mkdir(parents=True, exist_ok=True)
     with locked(path, "optimize"):
         result = search.result(path / JOURNAL, path / "check")
         result.save(path)

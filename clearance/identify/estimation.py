@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
+from clearance.identify.measured import parts_of
 from clearance.identify.models import Curve, LuGre, Model
 from clearance.identify.own import FunctionError
 from clearance.identify.trials import Trial
@@ -224,15 +225,12 @@ class Passes:
 
     def __init__(self, model: Model, search: Search, trials: Sequence, axes: Sequence[np.ndarray]):
         self.model, self.search, self.trials, self.axes = model, search, trials, axes
-        ends = np.cumsum([0, *(t.samples * a.size for t, a in zip(trials, axes, strict=True))])
-        self.rows = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        self.rows = parts_of(t.samples * a.size for t, a in zip(trials, axes, strict=True))
         self.measured = np.concatenate(
             [t.torque[:, a].ravel() for t, a in zip(trials, axes, strict=True)]
         )
-        self.torque, self.slopes = (
-            np.empty(ends[-1]),
-            np.empty((ends[-1], len(model.parameters))),
-        )
+        self.torque = np.empty(self.measured.size)
+        self.slopes = np.empty((self.measured.size, len(model.parameters)))
         rows, wanted = model.roughness
         self.smooth = np.column_stack([rows, -wanted]) * np.linalg.norm(self.measured)
         self.evaluations, self.last = 0, None
@@ -349,8 +347,7 @@ class Differences(Passes):
         self.model, self.search, self.trials, self.report = model, search, trials, report
         sizes = model.sizes(trials)
         observed = [model.observed(t) for t in trials]
-        ends = np.cumsum([0, *(o.size for o in observed)])
-        self.rows = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        self.rows = parts_of(o.size for o in observed)
         self.sizes = [np.broadcast_to(sizes, o.shape).ravel() for o in observed]
         self.measured = np.concatenate([o.ravel() for o in observed]) / np.concatenate(self.sizes)
         self.evaluations, self.last = 0, None

@@ -21,7 +21,7 @@ from clearance.identify.own import Own
 from clearance.identify.records import Series
 from clearance.results.reading import Entries, open_checked
 from clearance.results.tables import save_tables
-from clearance.values.checks import positive
+from clearance.values import checks
 
 FORMAT = "clearance-friction-fit"
 FORMAT_VERSION = 1
@@ -42,9 +42,7 @@ def nrmse(measured: np.ndarray, modelled: np.ndarray, over: str = "rms") -> floa
             f"nrmse: shapes {measured.shape} and {modelled.shape} must be equal and not empty"
         )
     sizes = {"rms": lambda x: np.sqrt(np.mean(x**2)), "std": np.std, "range": np.ptp}
-    if over not in sizes:
-        raise ValueError(f"nrmse: over must be one of {', '.join(sizes)}, got {over!r}")
-    size = float(sizes[over](measured))
+    size = float(sizes[checks.one_of("nrmse: over", over, sizes)](measured))
     if not size:
         raise ValueError(f"nrmse: the {over} of the measured values is zero")
     return float(np.sqrt(np.mean((modelled - measured) ** 2))) / size
@@ -151,7 +149,7 @@ class Fit:
                 "law: the torque follows the preload: give arm [m], by which the preload makes the "
                 "load"
             )
-        load = self.model.preload * positive("law: arm", arm)
+        load = self.model.preload * checks.positive("law: arm", arm)
         return joint_lugre_loaded(**{n: v / load for n, v in numbers.items()}, **options)
 
     def save(self, path: str | Path) -> Path:
@@ -277,19 +275,10 @@ def fit(
     model = models.model(model) if isinstance(model, str) else model
     if starts is None:
         starts = 1 if isinstance(model, Own) else STARTS
-    if not 1 <= starts <= MOST_STARTS:
-        raise ValueError(f"starts must be a whole number from 1 to {MOST_STARTS}, got {starts}")
+    checks.whole("starts", starts, 1, MOST_STARTS)
     roles = (roles,) if isinstance(roles, str) else tuple(roles)
-    trials = [t for t in measurement.trials if t.role in roles]
-    there = list(dict.fromkeys(t.role for t in measurement.trials))
-    absent = [r for r in roles if r not in there]
-    if absent or not trials:
-        raise ValueError(
-            f"no trial has a role of {', '.join(absent) or 'none'}; there are "
-            f"{', '.join(there) or 'none'}"
-        )
-    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-        raise ValueError(f"seed must be a whole number from 0 on, got {seed!r}")
+    trials = measurement.of(*roles).trials
+    seed = checks.whole("seed", seed)
     driven = [t for t in trials if not isinstance(t, Series)]
     for trial in driven:
         _check(trial)
@@ -307,9 +296,7 @@ def fit(
         dict(zip(names, v.tolist(), strict=False))
         for v in (estimate.values, estimate.low, estimate.high)
     )
-    scores = {
-        r: _score(model, values, [t for t in measurement.trials if t.role == r]) for r in there
-    }
+    scores = {r: _score(model, values, measurement.of(r).trials) for r in measurement.roles}
     fastest = max((float(np.linalg.norm(t.rate, axis=1).max()) for t in driven), default=0.0)
     facts = {
         "roles": list(roles),

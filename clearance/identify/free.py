@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from clearance.accuracy.by_differences import WIDTH
-from clearance.files.locks import replacing
+from clearance.files.locks import replace_file
 from clearance.files.texts import document_of
 from clearance.results.recorder import MemoryRecord
 from clearance.run.run import Run
@@ -170,15 +170,13 @@ def journaled(journal: Path | None, key: str) -> list[list]:
 def add_to_journal(journal: Path | None, key: str, rows: Sequence[Sequence]) -> None:
     """Write the ends of starts."""
     if journal is not None:
-        with replacing(journal) as temporary:
-            temporary.write_text(json.dumps({"key": key, "ends": rows}), encoding="utf-8")
+        replace_file(journal, json.dumps({"key": key, "ends": rows}))
 
 
 def saved(search, folder: str | Path, name: str) -> Path:
     """Write the `document()` of a result of a search and its `simulated(path)` into a folder."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    with replacing(folder / name) as temporary:
-        temporary.write_text(json.dumps(search.document(), indent=1) + "\n", encoding="utf-8")
+    replace_file(folder / name, json.dumps(search.document(), indent=1) + "\n")
     search.simulated(folder / RUN).close()
     return folder

@@ -31,7 +31,7 @@ from clearance.identify import models
 from clearance.identify.estimation import Estimate
 from clearance.identify.models import AXES, Model, Parameter, Values
 from clearance.machine.store import njit
-from clearance.values.checks import finite, positive
+from clearance.values.checks import finite, positive, whole
 
 GATES = 4  # input, forget, candidate, output
 # state: time [s] and angles [rad] since the last interval; torque; h and c
@@ -154,11 +154,7 @@ class LSTM(Model):
 
     def __post_init__(self):
         for name in ("hidden", "window", "lead", "batch", "epochs", "patience"):
-            value, least = getattr(self, name), 0 if name == "lead" else 1
-            if not isinstance(value, int) or value < least:
-                raise ValueError(
-                    f"{name} of the lstm must be a whole number of at least {least}, got {value!r}"
-                )
+            whole(f"{name} of the lstm", getattr(self, name), 0 if name == "lead" else 1)
         for name in ("interval", "softness", "rate"):
             positive(f"{name} of the lstm", getattr(self, name))
         if not 0.0 < finite("held_out of the lstm", self.held_out) <= 0.5:
@@ -203,10 +199,6 @@ class LSTM(Model):
                 f"values: an lstm of {self.hidden} units has {len(self._names)} finite weights"
             )
         return values
-
-    def packed(self, values: Values) -> np.ndarray:
-        """Values in the layout of the compiled functions."""
-        return self.array(values)
 
     def start(self) -> np.ndarray:
         """State at rest: time and angles since the last interval, torque, outputs and cells of the

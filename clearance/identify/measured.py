@@ -1,16 +1,17 @@
 """Measured records: a column of a CSV file over time or over the angle of a drive."""
 
-import csv
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from clearance.files.texts import unpacked_text
-from clearance.values.checks import meant
+from clearance.identify.csv_rows import rows_of
+from clearance.values.checks import known, meant
 from clearance.values.units import UNITS, plain
 
 HEADING = re.compile(r"^\s*(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?\s*$")
@@ -53,14 +54,12 @@ def read(path: str | Path, column: str | None = None) -> Measured:
     Raises ValueError, with file and line, for what is no such record.
     """
     path = Path(path)
-    lines = unpacked_text(path).removeprefix("\ufeff").splitlines()
-    rows = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"]
-    if len(rows) <= FEWEST:
-        raise ValueError(
-            f"{path}: a header and at least {FEWEST} rows are needed, got {len(rows)} lines"
-        )
-    split = next((s for s in "\t;," if s in rows[0][1]), ",")
-    (line, first), *cells = [(i, _cells(path, i, line, split)) for i, line in rows]
+    text = unpacked_text(path)
+    try:
+        _, (line, *lines), (first, *rows) = rows_of(text, FEWEST + 1)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    cells = list(zip(lines, rows, strict=True))
     second = cells[0][1]
     if len(second) == len(first) and all(_number(cell) is None for cell in second):
         pairs, cells = zip(first, second, strict=True), cells[1:]
@@ -87,12 +86,9 @@ def read(path: str | Path, column: str | None = None) -> Measured:
     return Measured(path, name, units, along, x, values * size)
 
 
-def _cells(path: Path, i: int, line: str, split: str) -> list[str]:
-    """Cells of a line. Raises ValueError with its number, such as for an endless cell."""
-    try:
-        return next(csv.reader([line], delimiter=split))
-    except csv.Error as error:
-        raise ValueError(f"{path}:{i}: {error}") from None
+def parts_of(lengths: Iterable[int]) -> list[slice]:
+    """Stretches of values of these lengths, one after the other."""
+    return [slice(a, b) for a, b in pairwise(np.cumsum([0, *lengths]).tolist())]
 
 
 def _number(cell: str) -> float | None:
@@ -115,9 +111,7 @@ def _heading(path: Path, line: int, cell: str) -> tuple[str, str, float]:
     name, unit = _parts(cell)
     if unit in ("", "-", "1"):
         return name, "?" if unit == "" else "1", 1.0
-    if unit not in ALL_UNITS:
-        answer = f"{meant(unit, ALL_UNITS)}; known: {', '.join(ALL_UNITS)}"
-        raise ValueError(f"{path}:{line}: column {name!r}: unknown unit {unit!r}{answer}")
+    known(f"{path}:{line}: column {name!r}: unknown unit", unit, ALL_UNITS)
     return name, *ALL_UNITS[unit]
 
 

@@ -27,7 +27,7 @@ import numpy as np
 from clearance.identify import axis_kernel, lugre_kernel
 from clearance.identify.axis_kernel import Layout
 from clearance.identify.lugre_kernel import DAMPING, TORQUE, VISCOUS, Form
-from clearance.values.checks import finite, meant, non_negative, positive
+from clearance.values.checks import finite, non_negative, one_of, positive, whole
 
 Values = np.ndarray | Sequence[float] | Mapping[str, float]
 AXES = "x", "y", "z"
@@ -331,20 +331,14 @@ class LuGre(Driven):
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self):
-        if isinstance(self.position, bool) or not isinstance(self.position, int):
-            raise ValueError(f"position must be a whole number, got {self.position!r}")
-        non_negative("position", self.position)
+        whole("position", self.position)
         object.__setattr__(self, "knots", _checked_knots(self.knots, 2) if len(self.knots) else ())
-        if isinstance(self.network, bool) or not isinstance(self.network, int) or self.network < 0:
-            raise ValueError(
-                f"network must be a whole number of units, 0 for none, got {self.network!r}"
-            )
+        whole("network", self.network)
         if self.network and self.knots:
             raise ValueError(
                 f"knots {self.knots} and a network of {self.network} units exclude each other"
             )
-        if self.load not in LOADS:
-            raise ValueError(f"load must be one of {', '.join(LOADS)}, got {self.load!r}")
+        one_of("load", self.load, LOADS)
         positive("preload", self.preload)
         positive("exponent", self.exponent)
         non_negative("smoothing", self.smoothing)
@@ -629,11 +623,7 @@ def model(name: str, **options) -> Model:
     """
     if name in FURTHER and name not in MODELS:
         importlib.import_module(FURTHER[name])
-    if name not in MODELS:
-        names = dict.fromkeys([*MODELS, *FURTHER])
-        raise ValueError(
-            f"model must be one of {', '.join(names)}, got {name!r}{meant(name, names)}"
-        )
+    one_of("model", name, dict.fromkeys([*MODELS, *FURTHER]))
     try:
         return MODELS[name](**options)
     except TypeError as error:

@@ -250,9 +250,7 @@ class Design(Varying):
     def name_of(self, name: str) -> str:
         """The metric of a name or path. Raises ValueError for one that there is not."""
         column = alike(name, self.known)
-        if column not in self.known:
-            hint = checks.meant(column, self.known)
-            raise ValueError(f"no metric {name!r}{hint}; there are {', '.join(self.known)}")
+        checks.known("no metric", column, self.known)
         return column
 
     def want(self, names: Sequence[str]) -> None:

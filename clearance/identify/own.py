@@ -43,7 +43,7 @@ from clearance.scene.user_module import located, module_of
 from clearance.tracing.function import Opaque
 from clearance.tracing.interpreter import traced
 from clearance.tracing.trace import live
-from clearance.values.checks import finite, identifier, meant, positive
+from clearance.values.checks import finite, identifier, known, meant, positive
 
 # of a parameter (of its range where it may be negative), by which it is moved for slopes
 DIFFERENCE = 1e-4
@@ -258,11 +258,8 @@ def _with(function: Callable, held: dict) -> Callable:
 
 
 def _check_parameters(name: str, names: list[str], needed: list[str], parameters: Mapping) -> None:
-    if unknown := [n for n in parameters if n not in names]:
-        hint = meant(unknown[0], names)
-        raise ValueError(
-            f"model {name} has no parameter {unknown[0]!r}{hint}; it has {', '.join(names)}"
-        )
+    for parameter in parameters:
+        known(f"model {name} has no parameter", parameter, names)
     if missing := [n for n in needed if n not in parameters]:
         raise ValueError(
             f"model {name}: give {missing[0]} as between(low, high, units), or as a number"

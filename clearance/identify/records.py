@@ -30,13 +30,14 @@ Facts of trials are SI: preload [N], amplitude [rad], speed [rad/s], frequency [
 
 import csv
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from clearance.files.locks import replacing
 from clearance.files.texts import unpacked_text
+from clearance.identify.csv_rows import rows_of
 from clearance.identify.trials import (
     AXES,
     COLUMNS,
@@ -53,7 +54,7 @@ from clearance.identify.trials import (
 )
 from clearance.results.reading import Damaged, Reader, open_checked
 from clearance.results.tables import provenance, save_tables
-from clearance.values.checks import meant
+from clearance.values.checks import known
 from clearance.values.units import UNITS as KNOWN_UNITS
 
 FORMAT = "clearance-measurement"
@@ -228,24 +229,16 @@ def _read_csv(
     renamed: Mapping[str, str] | None = None,
 ) -> Measurement:
     """Read a CSV file; `rows` is filled with the line of each sample of a trial."""
-    lines = unpacked_text(path).splitlines()
-    if any("\0" in t for t in lines):
-        raise ValueError("not a text file: it has a NUL character")
-    content = [(i, t) for i, t in enumerate(lines, 1) if t.strip() and not t.startswith("#")]
-    if len(content) < 2:
-        raise ValueError("there are no samples" if content else "the file is empty")
-    header = content[0][1]
-    mark = next((m for m in ";\t" if m in header), ",")
-    names = [n.strip() for n in _csv_cells([header], mark, [content[0][0]])[0]]
+    comments, (_, *lines), (header, *cells) = rows_of(unpacked_text(path), 2)
+    names = [n.strip() for n in header]
     names = _renamed(names, renamed or {})
     columns = _csv_series(names) if predicts else _csv_columns(names)
-    numbers = np.array([i for i, _ in content[1:]])
-    cells = _csv_cells([t for _, t in content[1:]], mark, numbers)
+    numbers = np.array(lines)
     for line, row in zip(numbers, cells, strict=True):
         if len(row) != len(names):
             raise ValueError(f"line {line}: {len(row)} cells under a header of {len(names)}")
     table = dict(zip(names, zip(*cells, strict=True), strict=True))
-    facts, by_trial = _csv_facts(t for t in lines if t.startswith("#"))
+    facts, by_trial = _csv_facts(comments)
     unused = [n for n in names if n not in columns and n not in ("trial", *LABELS)]
     trials = [
         _csv_trial(name, part, table, columns, numbers, by_trial, rows, predicts, not renamed)
@@ -261,9 +254,7 @@ def _renamed(names: list[str], wanted: Mapping[str, str]) -> list[str]:
     """
     names = list(names)
     for ours, heading in wanted.items():
-        if ours not in COLUMNS:
-            hint = meant(ours, COLUMNS)
-            raise ValueError(f"columns: no column {ours!r}{hint}; there are {', '.join(COLUMNS)}")
+        known("columns: no column", ours, COLUMNS)
         stems = [n.partition("[")[0].strip() for n in names]
         there = names if heading in names else stems
         if heading not in there:
@@ -276,20 +267,6 @@ def _renamed(names: list[str], wanted: Mapping[str, str]) -> list[str]:
         suffix = f"_{units[unit]}".replace("/", "_").replace(" ", "_") if unit else ""
         names[at] = f"{ours}{suffix}"
     return names
-
-
-def _csv_cells(texts: list[str], mark: str, numbers: Sequence[int]) -> list[list[str]]:
-    """Cells of each line. Raises ValueError naming a line that has no end."""
-    reader, cells = csv.reader(texts, delimiter=mark), []
-    try:
-        for row in reader:
-            if reader.line_num > len(cells) + 1:
-                raise csv.Error
-            cells.append(row)
-    except csv.Error as error:
-        reason = "a quote is not closed" if '"' in texts[len(cells)] else error
-        raise ValueError(f"line {numbers[len(cells)]}: {reason}") from None
-    return cells
 
 
 def _csv_columns(names: list[str]) -> dict[str, tuple[str, float, str]]:

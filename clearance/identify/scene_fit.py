@@ -31,7 +31,7 @@ from scipy.optimize import least_squares
 from clearance.accuracy.by_differences import WIDTH, Impossible, Steps, reason_without, recorded
 from clearance.accuracy.fixed_steps import Refused
 from clearance.identify.free import Beside, Free, Varying
-from clearance.identify.measured import Measured
+from clearance.identify.measured import Measured, parts_of
 from clearance.metrics.sensor import crossed, filtered, turned
 from clearance.results.record import cubic
 from clearance.results.recorder import MemoryRecord
@@ -192,8 +192,7 @@ class Problem(Varying):
             for curve in (self.curves[i] for i in group.curves):
                 path = curve.channel if curve.channel in units else f"{curve.channel}_x"
                 if path not in units:
-                    hint = checks.meant(curve.channel, units)
-                    raise ValueError(f"fit: the scene has no channel {curve.channel!r}{hint}")
+                    checks.known("fit: the scene has no channel", curve.channel, units)
                 if MOUNTING in curve.nuisances and (across := crossed(path)[0]) not in units:
                     raise ValueError(f"fit: mounting of {path}: the scene has no channel {across}")
                 if curve.measured.units not in ("?", units[path]):
@@ -364,8 +363,7 @@ class Problem(Varying):
     @cached_property
     def rows(self) -> list[slice]:
         """Rows of the curves among the residuals."""
-        ends = np.cumsum([0, *(len(c.measured.values) for c in self.curves)])
-        return [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        return parts_of(len(c.measured.values) for c in self.curves)
 
     def before_horizon(self, x: np.ndarray) -> "Problem":
         """The same up to where runs beside a point part, which its `remarks` name; itself where

@@ -36,6 +36,7 @@ from clearance.scene.scene import Scene
 from clearance.simulation import simulate
 from clearance.values import checks
 from clearance.values.accessors import Celled, accessor
+from clearance.values.units import behind
 from clearance.version import VERSION
 
 STARTS = 5
@@ -148,7 +149,7 @@ class SceneFit(Celled):
 def shown(interval: Interval) -> str:
     """A parameter with as many digits as its interval has."""
     name, value, low, high, deviation, units, kind = interval
-    unit = "" if units in ("?", "-", "1") else f" {units}"
+    unit = behind(units)
     if not math.isfinite(deviation) or not deviation:
         return f"{name} = {value:.4g}{unit} ({kind})"
     digits = max(2 - math.floor(math.log10(deviation / abs(value))), 1) if value else 2
@@ -198,13 +199,11 @@ def fit(
     scene = load_case(scene)
     free = [bounded(scene, name, bounds) for name, bounds in dict(parameters).items()]
     curves = [*_curves(scene, data, channels, noise, nuisances, lowpass)]
-    if not (isinstance(starts, int) and starts >= 1):
-        raise ValueError(f"fit: starts must be a whole number from 1 on, got {starts!r}")
+    checks.whole("fit: starts", starts, 1)
     problem = Problem(scene, free, curves, settle)
     if folder is None:
         return fitted(problem, starts, seed, None, progress)
     path = Path(folder)
-    path.mkdir(parents=True, exist_ok=True)
     with locked(path, "fit"):
         result = fitted(problem, starts, seed, path / JOURNAL, progress)
         result.save(path)
@@ -347,7 +346,6 @@ def _nuisances(words: str | Iterable[str], record: Measured, scene: Scene) -> tu
     if words == AUTO:
         return (SHIFT,) if record.along == "time" and scene.turn else ()
     names = [n for n in listed(words) or [] if n != "none"]
-    if unknown := [n for n in names if n not in NUISANCES]:
-        hint = checks.meant(unknown[0], NUISANCES)
-        raise ValueError(f"fit: no nuisance {unknown[0]!r}{hint}; there are {', '.join(NUISANCES)}")
+    for name in names:
+        checks.known("fit: no nuisance", name, NUISANCES)
     return tuple(names)

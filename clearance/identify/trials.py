@@ -143,9 +143,14 @@ class Trial(Sampled):
         """
         rate = self.rate_between
         if rate is None:
-            rate = np.concatenate([self.rate[:1], 0.5 * (self.rate[1:] + self.rate[:-1])])
+            rate = self._mean_rate
         middle = np.diff(self.time)[:, None] * rate[1:]
         return np.concatenate([np.zeros((1, 3)), np.cumsum(middle, axis=0)])
+
+    @property
+    def _mean_rate(self) -> np.ndarray:
+        """Means of neighbouring rates (n, 3); the first is that of its sample."""
+        return np.concatenate([self.rate[:1], 0.5 * (self.rate[1:] + self.rate[:-1])])
 
     @property
     def rate_between(self) -> np.ndarray | None:
@@ -154,7 +159,7 @@ class Trial(Sampled):
         """
         if self.turned is None:
             return None
-        mean = np.concatenate([self.rate[:1], 0.5 * (self.rate[1:] + self.rate[:-1])])
+        mean = self._mean_rate
         mean[1:] = np.where(
             np.isfinite(self.turned[1:]),
             np.diff(self.turned, axis=0) / np.diff(self.time)[:, None],
@@ -229,14 +234,13 @@ class Measurement:
             )
 
     def of(self, *roles: str) -> "Measurement":
-        """The trials of these roles. Raises ValueError where there is none."""
-        trials = [t for t in self.trials if t.role in roles]
-        if not trials:
-            there = ", ".join(dict.fromkeys(t.role for t in self.trials))
+        """The trials of these roles. Raises ValueError for one that no trial has."""
+        there = dict.fromkeys(t.role for t in self.trials)
+        if absent := [r for r in roles or ("none",) if r not in there]:
             raise ValueError(
-                f"no trial has the role {' or '.join(map(repr, roles))}; there are {there}"
+                f"no trial has a role of {', '.join(absent)}; there are {', '.join(there)}"
             )
-        return Measurement(tuple(trials), self.facts)
+        return Measurement(tuple(t for t in self.trials if t.role in roles), self.facts)
 
     def with_predicted(self, others: "Measurement") -> "Measurement":
         """This measurement and trials of another one that are extrapolated."""

@@ -82,8 +82,7 @@ def assumptions(
     sections = dict(sections or {})
     bodies = {b["name"] for b in record.scene["bodies"]}
     for name in sections:
-        if name not in bodies:
-            raise ValueError(f"section: there is no body {name!r}{checks.meant(name, bodies)}")
+        checks.known("section: there is no body", name, bodies)
     window = Window.of(record, settle)
     if window is None:
         return []
@@ -207,7 +206,7 @@ def _liner(record: Record, joint: dict) -> Iterator[Assumption]:
 def _contact(record: Record, window: Window, joint: dict) -> Iterator[Assumption]:
     """Flash temperature of a hinge's contacts, and what carries their mean heat away."""
     name, friction = joint["name"], joint.get("friction") or {}
-    paths = [f"joints/{name}/contact_force", *(_rate(record, joint[side]["body"]) for side in "ab")]
+    paths = [f"joints/{name}/contact_force", *(_rate(joint[side]["body"]) for side in "ab")]
     mu = next((friction[n] for n in COEFFICIENTS if n in friction), None)
     if joint["type"] != "ClearanceRevolute" or not mu or not joint["length"]:
         return
@@ -226,7 +225,7 @@ def _contact(record: Record, window: Window, joint: dict) -> Iterator[Assumption
     yield Assumption("bulk", name, power / WARM, "W/K", None, text, BULK)
 
 
-def _rate(record: Record, body: str) -> str | None:
+def _rate(body: str) -> str | None:
     """Path of a body's rate of turning, none for the ground."""
     return None if body == "ground" else f"bodies/{body}/omega"
 

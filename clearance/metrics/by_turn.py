@@ -21,7 +21,7 @@ import numpy as np
 
 from clearance.metrics.metrics import efforts
 from clearance.metrics.statistics import FEWEST, Mean, mean
-from clearance.results.extremes import BOTH, along, guides
+from clearance.results.extremes import BOTH, along, guides, sign_of
 from clearance.results.record import Record
 
 ROUNDING = 1e-9  # of a turn
@@ -238,7 +238,7 @@ def _peaks(record: Record, name: str, edges: np.ndarray) -> np.ndarray | None:
         starts = located.length * np.arange(first, first + len(edges))
         if np.abs(edges - starts).max() <= ROUNDING * located.length:
             return located.values[first : first + len(edges) - 1, located.columns[name]]
-    sign, best = -1.0 if name.endswith("_min") else 1.0, np.full(len(edges) - 1, -np.inf)
+    sign, best = sign_of(name), np.full(len(edges) - 1, -np.inf)
     for times, values in _seen(record, name):
         turn, inside = placed(times, edges)
         np.maximum.at(best, turn[inside], sign * values[inside])

@@ -46,7 +46,7 @@ units, text)}` adds to them; `run` reads like a result.
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,6 +77,11 @@ class Metric:
     units: str
     text: str
     time: float | None = None
+
+
+def described(values: Mapping[str, Metric]) -> dict[str, tuple[str, str]]:
+    """Units and text of each metric."""
+    return {name: (metric.units, metric.text) for name, metric in values.items()}
 
 
 @dataclass(frozen=True)

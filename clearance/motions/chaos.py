@@ -32,6 +32,7 @@ from clearance.scene.catalogue import AnyCase, load_case
 from clearance.values import checks
 from clearance.values.accessors import Celled
 from clearance.values.spelling import as_column
+from clearance.values.units import behind
 
 ERROR = 0.05
 MOST_TURNS = 20_000
@@ -278,10 +279,11 @@ def _columns_of(texts: Iterable[str]) -> str:
 
 def _line(name: str, statistic: Statistic) -> str:
     mean = statistic.mean
-    units = "" if statistic.units == "1" else f" {statistic.units}"
     share = f"{100.0 * mean.share:.2g} %" if math.isfinite(mean.share) else ""
     texts = [_interval(q) for q in statistic.quantiles]
-    return _columns_of([name, f"{mean.value:.4g} +- {mean.half_width:.2g}{units}", share, *texts])
+    return _columns_of(
+        [name, f"{mean.value:.4g} +- {mean.half_width:.2g}{behind(statistic.units)}", share, *texts]
+    )
 
 
 def _interval(q: Quantile) -> str:
@@ -368,15 +370,9 @@ def statistics(
 
 def check_turns(max_turns: int, starts: int) -> None:
     """Raises ValueError for numbers of turns or starts that no statistics can have."""
-    if not isinstance(starts, int) or starts < 1:
-        raise ValueError(f"starts must be a whole number of at least 1, got {starts!r}")
-    if not isinstance(max_turns, int):
-        raise TypeError(f"max_turns must be a whole number, got {max_turns!r}")
+    checks.whole("starts", starts, 1)
     fewest, most = starts * series.FIRST_LOOK, starts * TURNS
-    if not fewest <= max_turns <= most:
-        raise ValueError(
-            f"max_turns must lie in [{fewest}, {most}] for {starts} starts, got {max_turns!r}"
-        )
+    checks.whole(f"max_turns of {starts} starts", max_turns, fewest, most)
 
 
 def quantities(mechanism: Mechanism) -> list[str]:
@@ -438,10 +434,7 @@ def asked_of(
             pattern = f"{pattern.removesuffix('_max')}{PEAKS}"
         names = [n for n in quantities if fnmatchcase(n, pattern)]
         if not names:
-            meant = checks.meant(pattern, quantities)
-            raise ValueError(
-                f"error: there is no {name!r}{meant}; there are {', '.join(quantities)}"
-            )
+            checks.known("error: there is no", pattern, quantities)
         asked |= dict.fromkeys(names, requests[name])
     return asked
 

@@ -365,10 +365,7 @@ def _kept(branch: Branch, path: str | Path | None) -> Iterator[Callable]:
 def _check(case, parameter: str, fixed: dict, low: float, high: float, unit: str) -> None:
     parameters = case.parameters
     for name in (parameter, *fixed):
-        if name not in parameters:
-            raise ValueError(
-                f"{case.name} has no parameter {name!r}{checks.meant(name, parameters)}"
-            )
+        checks.known(f"{case.name} has no parameter", name, parameters)
     if parameters[parameter].kind is not float:
         raise ValueError(f"{parameter} is no number that changes gradually")
     if parameter in fixed:
@@ -382,9 +379,8 @@ def _check(case, parameter: str, fixed: dict, low: float, high: float, unit: str
 def _check_numbers(step: float | None, points: int, doublings: int) -> None:
     if step is not None:
         checks.positive("step", step)
-    for name, number, least in (("points", points, 2), ("doublings", doublings, 0)):
-        if not isinstance(number, int) or number < least:
-            raise ValueError(f"{name} must be a whole number of at least {least}, got {number!r}")
+    checks.whole("points", points, 2)
+    checks.whole("doublings", doublings)
 
 
 def _channels(mechanism: Mechanism, patterns: list[str] | None) -> dict[str, str]:

@@ -159,7 +159,7 @@ def lyapunov(
         freedom or with a film that remembers more than its state.
     Raises NotSolved where the motion cannot be continued.
     """
-    turns, settle = _whole("turns", turns, FEWEST), _whole("settle", settle, 0)
+    turns, settle = checks.whole("turns", turns, FEWEST), checks.whole("settle", settle)
     distance, rtol = checks.positive("distance", distance), checks.positive("rtol", rtol)
     if not WIDER * distance < FAR:
         raise ValueError(
@@ -200,12 +200,6 @@ def lyapunov(
         if progress is not None:
             progress((n + 1) / (settle + turns))
     return Exponent(growth[0, settle:], growth[1, settle:], turn, settle, distance, rtol)
-
-
-def _whole(field: str, value: object, least: int) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or value < least:
-        raise ValueError(f"{field} must be a whole number of at least {least}, got {value!r}")
-    return value
 
 
 class _Motion:

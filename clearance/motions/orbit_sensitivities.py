@@ -16,7 +16,7 @@ Validity: an isolated periodic motion, away from folds and from a contact that b
 
 from collections.abc import Callable
 
-from clearance.accuracy.by_differences import PLACES, SAFETY, differences
+from clearance.accuracy.by_differences import PLACES, SAFETY, by_metric, differences
 from clearance.accuracy.horizon import NotSolved
 from clearance.metrics.metrics import Metric, metrics
 from clearance.motions.maps import NotPeriodic
@@ -50,8 +50,7 @@ def orbit_sensitivities(
             rows |= {(name, number.name): s for name, s in slopes}
     except (NotPeriodic, NotSolved, ValueError) as reason:
         return Sensitivities(reason=f"beside it {reason}"), middle
-    keys = [(m, p.name) for m in dict.fromkeys(m for m, _ in rows) for p in numbers]
-    return Sensitivities({key: rows[key] for key in keys if key in rows}), middle
+    return Sensitivities(by_metric(rows)), middle
 
 
 def _beside(number: Varied, offset: int, solve: Solve, middle: Result) -> dict[str, Metric]:

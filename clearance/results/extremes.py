@@ -16,6 +16,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from clearance.values.units import behind
+
 #: types of joints along which a body slides
 SLIDES = ("Prismatic", "ClearancePrismatic")
 STRETCHES = 100  # of a run without turns that have extremes of their own
@@ -48,8 +50,12 @@ class Extreme:
     units: str = field(default="", compare=False)
 
     def __repr__(self) -> str:
-        units = "" if self.units in ("", "-", "1") else f" {self.units}"
-        return f"<extreme {self.value:.6g}{units} at {self.time:.6g} s>"
+        return f"<extreme {self.value:.6g}{behind(self.units)} at {self.time:.6g} s>"
+
+
+def sign_of(name: str) -> float:
+    """-1 for an extreme that is a smallest value, 1 for a largest one."""
+    return -1.0 if name.endswith("_min") else 1.0
 
 
 @dataclass(frozen=True)
@@ -68,7 +74,7 @@ class Quantity:
 
     @property
     def sign(self) -> float:
-        return -1.0 if self.name.endswith("_min") else 1.0
+        return sign_of(self.name)
 
 
 @lru_cache(maxsize=16)
@@ -191,7 +197,7 @@ class Extremes:
         times.
         """
         slack = ROUNDING * self.length
-        signs = np.array([-1.0 if name.endswith("_min") else 1.0 for name in self.names])
+        signs = np.array([*map(sign_of, self.names)])
         inside = (self.times >= begin - slack) & (self.times <= end + slack)
         inside[self.whole(begin, end)] |= self._timeless
         best = np.where(inside, signs * self.values, -np.inf).argmax(axis=0)
@@ -216,14 +222,14 @@ class Extremes:
         values, times = self.values[inside, column], self.times[inside, column]
         if not np.isfinite(values).any():
             return None
-        i = int(values.argmin() if name.endswith("_min") else values.argmax())
+        i = int((sign_of(name) * values).argmax())
         return Extreme(float(values[i]), float(times[i]))
 
 
 def better(name: str, extremes: Iterable[Extreme | None]) -> Extreme | None:
     """The outermost of several extremes of a quantity; None among them do not count."""
-    sign = -1.0 if name.endswith("_min") else 1.0
-    return max((e for e in extremes if e is not None), key=lambda e: sign * e.value, default=None)
+    there = (e for e in extremes if e is not None)
+    return max(there, key=lambda e: sign_of(name) * e.value, default=None)
 
 
 PARTS = 20  # of a stretch

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clearance.files.locks import replacing, temporary_file, temporary_name
+from clearance.files.locks import replace_file, replacing, temporary_file, temporary_name
 from clearance.results.errors import Errors, ExtremeErrors
 from clearance.results.extremes import Extremes, Integrals
 from clearance.results.reading import (
@@ -334,8 +334,7 @@ class MemoryResult(HeldResult):
         """Write the file, see `Result.save`."""
         path = Path(path)
         check_result(path)
-        with replacing(path) as temporary:
-            temporary.write_bytes(self.image)
+        replace_file(path, self.image)
         return path
 
 

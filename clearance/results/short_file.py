@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clearance.files.locks import replacing, temporary_file
+from clearance.files.locks import replace_file, temporary_file
 from clearance.results.reading import ABOUT, MemoryReader, checked
 from clearance.results.recorder import EVENT_COLUMNS, SOLVER_COLUMNS, Memory, Ranges, Samples
 from clearance.results.result import DIMENSIONS, EVENT_TEXTS, HeldResult, MemoryResult, Result
@@ -177,8 +177,7 @@ class ShortFile(Memory):
 
     def _write(self) -> None:
         try:
-            with replacing(self.given) as temporary:
-                temporary.write_bytes(self.image)
+            replace_file(self.given, self.image)
         except OSError as error:
             if self.lasting and error.errno in FULL:
                 self._keep_what_fits(Unwritable(self.given, error.errno))

@@ -34,6 +34,7 @@ from clearance.results.tables import (
     integrals_group,
     provenance,
 )
+from clearance.values import checks
 
 CHUNK = 2048  # rows
 # the form of netCDF
@@ -131,7 +132,30 @@ class Content:
         return min(max(self.expected, 1), CHUNK)
 
 
-class Stream:
+class FinishedFile:
+    """The file of a run that has its name."""
+
+    path: Path
+
+    def add(self, groups: Mapping[str, Group]) -> None:
+        """Add groups to it; it stays as it was until all are written."""
+        with appending(self.path) as file:
+            for name, group in groups.items():
+                group.write(file, name)
+
+    def store(self) -> None:
+        """It has its name already."""
+
+    def result(self) -> Result:
+        """It, opened."""
+        return Result(self.path)
+
+    def has_room(self, extra: int) -> bool:
+        """True where the disk has room for another copy of it with more bytes in it."""
+        return shutil.disk_usage(self.path.parent).free >= os.path.getsize(self.path) + extra
+
+
+class Stream(FinishedFile):
     """Writes a run into `<path>.partial` and gives it its final name when the run has ended.
 
     alone: somebody else sees to it that nobody else writes this file.
@@ -420,35 +444,6 @@ class Stream:
                 group.write(self.file, path)
         self._place()
 
-    def add(self, groups: Mapping[str, Group]) -> None:
-        """Add groups to the finished file, which stays as it was until all are written."""
-        add_groups(self.path, groups)
-
-    def store(self) -> None:
-        """The file has its name already."""
-
-    def result(self) -> Result:
-        """The finished file."""
-        return Result(self.path)
-
-    def has_room(self, extra: int) -> bool:
-        """True where the disk has room for another copy of the finished file with more bytes in
-        it.
-        """
-        return has_room(self.path, extra)
-
-
-def add_groups(path: Path, groups: Mapping[str, Group]) -> None:
-    """Add groups to a finished file, which stays as it was until all are written."""
-    with appending(path) as file:
-        for name, group in groups.items():
-            group.write(file, name)
-
-
-def has_room(path: Path, extra: int) -> bool:
-    """True where the disk has room for another copy of a file with more bytes in it."""
-    return shutil.disk_usage(path.parent).free >= os.path.getsize(path) + extra
-
 
 def along_text(group: str) -> str:
     """Description of the dimension of a table."""
@@ -518,14 +513,7 @@ class ImageSink(Stream):
 
 def filters(compression: int) -> dict:
     """Settings of a column. Raises ValueError for what is no gzip level."""
-    if (
-        isinstance(compression, bool)
-        or not isinstance(compression, int)
-        or not 0 <= compression <= 9
-    ):
-        raise ValueError(
-            f"compression must be a whole number from 0 (none) to 9, got {compression!r}"
-        )
+    checks.whole("compression", compression, 0, 9)
     packed = (
         {"compression": "gzip", "compression_opts": compression, "shuffle": True}
         if compression

@@ -20,7 +20,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from clearance.files.locks import replacing
+from clearance.files.locks import replace_file, replacing
 from clearance.files.texts import CHECK
 from clearance.results.errors import Error, Errors, ExtremeErrors
 from clearance.results.extremes import Extremes, Integrals
@@ -91,19 +91,23 @@ Table = dict[str, tuple[str, str, np.ndarray]]
 
 
 def save_tables(
-    path: str | Path, kind: str, attributes: dict, tables: dict[str, tuple[dict, Table]]
+    path: str | Path,
+    kind: str,
+    attributes: dict,
+    tables: dict[str, tuple[dict, Table]],
+    dated: bool = True,
 ) -> Path:
     """Write tables of a study (group -> attributes and columns) into one HDF5 file, completely or
-    not at all.
+    not at all; not dated it has the same bytes each day.
     """
-    path = Path(path)
-    with in_memory(path) as file:
-        file.attrs.update(checked(provenance() | {"format": kind} | attributes))
+    path, about = Path(path), provenance() | {"format": kind} | attributes
+    if not dated:
+        del about["created"]
+    with in_memory(path, dated=dated) as file:
+        file.attrs.update(checked(about))
         for name, (length, columns) in tables.items():
             write_table(file, name, length, columns)
-        image = image_of(file)
-    with replacing(path) as temporary:
-        temporary.write_bytes(image)
+        replace_file(path, image_of(file))
     return path
 
 

@@ -20,7 +20,7 @@ from clearance.files.locks import Lock, check_replaceable, folder_at, replacing
 from clearance.files.texts import document_of
 from clearance.results.reading import Damaged, arrays_of
 from clearance.results.result import Result
-from clearance.results.stream import Content, Stream, Unwritable, add_groups, has_room, lock_of
+from clearance.results.stream import Content, FinishedFile, Stream, Unwritable, lock_of
 from clearance.run.observers import Observer
 from clearance.stepping import status
 
@@ -31,7 +31,7 @@ GOES_ON = ("partial: interrupted", "partial: terminated")
 RECORD = ("low", "high", "totals", "rows", "turned_over")
 
 
-class PartsSink:
+class PartsSink(FinishedFile):
     """A sink that can stop a stretch of the record and begin the next; in the end they become one
     file.
 
@@ -137,21 +137,6 @@ class PartsSink:
                 shutil.rmtree(self.folder)
         finally:
             self.lock.release()
-
-    def add(self, groups) -> None:
-        """Add groups to the finished file."""
-        add_groups(self.path, groups)
-
-    def store(self) -> None:
-        """The file has its name already."""
-
-    def result(self) -> Result:
-        """The finished file."""
-        return Result(self.path)
-
-    def has_room(self, extra: int) -> bool:
-        """True where the disk has room for another copy of the finished file with more in it."""
-        return has_room(self.path, extra)
 
     def _joined(self) -> Stream:
         """All stretches in one file, not closed yet.

@@ -47,10 +47,8 @@ class Solver:
 
     def __post_init__(self):
         checks.positive("rtol", self.rtol)
-        if self.max_steps is not None and (
-            not isinstance(self.max_steps, int) or self.max_steps < 1
-        ):
-            raise ValueError(f"max_steps must be a positive whole number, got {self.max_steps!r}")
+        if self.max_steps is not None:
+            checks.whole("max_steps", self.max_steps, 1)
         if self.max_step is not None:
             checks.positive("max_step", self.max_step)
         if not FINEST <= self.rtol <= 0.1:
@@ -79,6 +77,18 @@ class Output:
         if self.checkpoint is not None:
             checks.positive("checkpoint", self.checkpoint)
         filters(self.compression)
+
+
+def check_settle(scene, settle: float | None, until: float) -> None:
+    """Raises ValueError for turns (without a turn seconds) left aside that are negative, or as long
+    as the run.
+    """
+    if settle is None:
+        return
+    length = until / (scene.turn or 1.0)
+    if checks.non_negative("settle", settle) >= length * (1.0 - 1e-9):
+        units = "turns" if scene.turn else "s"
+        raise ValueError(f"settle = {settle:g} leaves nothing of a run of {length:.6g} {units}")
 
 
 def span_of(scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER_TURN) -> Span:

@@ -27,6 +27,7 @@ from clearance.laws.film import thinning
 from clearance.results.record import PressureFields, Record
 from clearance.results.result import PATH_OF_FIELDS, Result
 from clearance.results.tables import FIELDS_OF_PRESSURE, Group, appending
+from clearance.values import checks
 
 #: names of film laws whose pressure the Reynolds equation of a finite bearing gives
 FINITE = ("table", "table_ambient", "solved", "harmonic")
@@ -119,10 +120,7 @@ def check(scene: dict, per_turn: float, channels=None) -> None:
 
     Raises ValueError naming why.
     """
-    if isinstance(per_turn, bool) or not isinstance(per_turn, int) or per_turn < 1:
-        raise ValueError(
-            f"pressure_fields must be a whole number of instants a turn, got {per_turn!r}"
-        )
+    checks.whole("pressure_fields, instants a turn,", per_turn, 1)
     if not _with_fields(scene):
         films = {j["name"]: _law(j) for j in scene["joints"] if j.get("film")}
         there = ", ".join(f"{name} has {law}" for name, law in films.items())

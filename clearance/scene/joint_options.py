@@ -23,6 +23,7 @@ from clearance.film import names as films
 from clearance.film.bearing import DRAG, DRAGS
 from clearance.laws.materials import Lubricant, Material, steel
 from clearance.values import checks
+from clearance.values.checks import one_of as one_of
 
 MODELS = ("ideal", "dry", "lubricated", "mixed")
 LAW = re.compile(r"\s*(\w+)\s*(?:\((.*)\))?\s*")
@@ -133,17 +134,6 @@ TRANSITIONS: dict[str, Callable] = {
     "fuzzy": laws.fuzzy,
     "load_sharing": laws.load_sharing,
 }
-
-
-def one_of(field: str, value: str, names: Collection[str]) -> str:
-    """The value, one of some names.
-
-    Raises ValueError with these and the closest for another.
-    """
-    if value not in names:
-        answer = f"got {value!r}{checks.meant(value, names)}"
-        raise ValueError(f"{field} must be one of {', '.join(names)}; {answer}")
-    return value
 
 
 def spelled(

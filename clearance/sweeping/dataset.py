@@ -13,17 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.files.locks import replacing
+from clearance.files.locks import replace_file
 from clearance.files.texts import listed, markdown
 from clearance.metrics.sensor import crossed, deviation, filtered, turned
-from clearance.results.reading import checked
-from clearance.results.tables import (
-    FORMAT_VERSION,
-    image_of,
-    in_memory,
-    provenance,
-    write_table,
-)
+from clearance.results.tables import FORMAT_VERSION, provenance, save_tables
 from clearance.scene.catalogue import find_case, load_case
 from clearance.scene.parameter import varied
 from clearance.sweeping.index import Sweep
@@ -125,6 +118,7 @@ def _written(folder: Path, runs: Sweep, names, about: dict, noise, lowpass) -> P
     records = {n: np.full((count, length), np.nan, np.float32) for n in names}
     sizes, units = {n: np.full(count, np.nan) for n in names}, {}
     angles = {n: np.full(count, np.nan) for n in names}
+    check = partial(checks.non_negative, "noise")
     for index in np.flatnonzero(runs.done):
         random = np.random.default_rng([about["seed"], int(index)])
         mounted, sensors = np.random.default_rng([about["seed"], int(index), 1]), {}
@@ -133,7 +127,7 @@ def _written(folder: Path, runs: Sweep, names, about: dict, noise, lowpass) -> P
                 angle = sensors.setdefault(name[:-1], mounted.normal(0.0, about["mounting"]))
                 angles[name][index] = angle
                 values = filtered(run.time, turned(run, name, angle), lowpass)[-length - 1 : -1]
-                sizes[name][index] = sigma = _noise(noise, values)
+                sizes[name][index] = sigma = deviation(noise, float(np.ptp(values)), check)
                 records[name][index] = values + random.normal(0.0, sigma, length)
                 part = name if name in run else f"{name}_x"
                 units[name] = run.units(part)
@@ -142,35 +136,21 @@ def _written(folder: Path, runs: Sweep, names, about: dict, noise, lowpass) -> P
     parameters = find_case(about["case"]).parameters
     labels = {n: (parameters[n].units, n, np.asarray(v)) for n, v in runs.columns.items()}
     labels["done"] = "1", "whether the run came to its end", runs.done.astype(np.int8)
-    columns = {column_of(n): (units[n], f"{n} with noise", v) for n, v in records.items()}
-    noises = {
-        f"noise_{column_of(n)}": (units[n], f"standard deviation of the noise of {n}", v)
-        for n, v in sizes.items()
-    }
-    if about["mounting"]:
-        noises |= {
-            f"mounting_{column_of(n)}": ("rad", f"angle at which the sensor of {n} is mounted", v)
-            for n, v in angles.items()
-        }
+    columns = {}
+    for name, unit in units.items():
+        column = column_of(name)
+        columns[column] = unit, f"{name} with noise", records[name]
+        text = f"standard deviation of the noise of {name}"
+        labels[f"noise_{column}"] = unit, text, sizes[name]
+        if about["mounting"]:
+            text = f"angle at which the sensor of {name} is mounted"
+            labels[f"mounting_{column}"] = "rad", text, angles[name]
     angle = np.arange(length) * (360.0 / about["samples_per_turn"])
     columns["angle"] = "deg", "angle of the drive behind the first sample", angle
-    facts = {n: v for n, v in provenance().items() if n != "created"}  # the same bytes each day
-    path = folder / RECORDS
-    with in_memory(path, dated=False) as file:
-        file.attrs.update(checked(facts | {"format": FORMAT, "synthetic": "yes"} | about))
-        write_table(file, "labels", {}, labels | noises)
-        write_table(file, "records", {}, columns)
-        image = image_of(file)
-    with replacing(path) as temporary:
-        temporary.write_bytes(image)
-    with replacing(folder / CARD) as temporary:
-        temporary.write_text(card(runs, names, units, facts | about), encoding="utf-8")
-    return path
-
-
-def _noise(noise: float | str, values: np.ndarray) -> float:
-    """Standard deviation of the noise of a record."""
-    return deviation(noise, float(np.ptp(values)), partial(checks.non_negative, "noise"))
+    tables = {"labels": ({}, labels), "records": ({}, columns)}
+    replace_file(folder / CARD, card(runs, names, units, provenance() | about))
+    about = {"synthetic": "yes"} | about
+    return save_tables(folder / RECORDS, FORMAT, about, tables, dated=False)
 
 
 def scored(folder: Path, scores: Mapping[str, Mapping[str, float]]) -> None:
@@ -184,8 +164,7 @@ def scored(folder: Path, scores: Mapping[str, Mapping[str, float]]) -> None:
     )
     table = markdown(heads, rows)
     text = "\n".join([head.rstrip(), "", "## Baseline", "", "`clearance fit`:", "", *table, ""])
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    replace_file(path, text)
 
 
 def card(runs: Sweep, names, units: Mapping[str, str], about: Mapping[str, object]) -> str:

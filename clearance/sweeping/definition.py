@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from clearance.files.locks import replacing
+from clearance.files.locks import replace_file
 from clearance.files.texts import brief, check_kinds, signed, signed_document, text_of
 from clearance.files.texts import digest as digest
 from clearance.scene.catalogue import find_case
@@ -186,8 +186,7 @@ def _range(values: tuple | None) -> str:
 
 def write(definition: Definition, folder: Path) -> None:
     """Store a definition completely or not at all."""
-    with replacing(folder / "sweep.json") as temporary:
-        temporary.write_text(signed(json.loads(definition.to_json()), indent=1))
+    replace_file(folder / "sweep.json", signed(json.loads(definition.to_json()), indent=1))
 
 
 def read(folder: Path) -> Definition | None:

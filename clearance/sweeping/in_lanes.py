@@ -27,6 +27,7 @@ from clearance.lanes.lane_metrics import LaneMetrics
 from clearance.lanes.point_numbers import SCALARS, NotForLanes, PointNumbers
 from clearance.lanes.possible import possible
 from clearance.mechanism.build import acceleration_of, tables_of
+from clearance.metrics.metrics import described
 from clearance.run.options import Span, longest_step
 from clearance.run.run import Run
 from clearance.scene.case import Case
@@ -503,21 +504,21 @@ class Lanes:
         """Outcomes of a block, those that are sound."""
         summing, text = together.summing, together.mechanism.structure.digest
         about = self.about | {"text": text, "lanes": together.group.width}
-        described = {n: (m.units, m.text) for n, m in (summing.first | summing.stated).items()}
+        about_them = described(summing.first | summing.stated)
         outcomes = []
         for part in self._parts(together, columns):
             mine = {n: column[part.places] for n, column in columns.items()}
             warnings = together.warnings(mine, part.answers, part.points).tolist()
             steps, values = part.answers.steps.tolist(), part.values | part.stated
-            rows = zip(*(values[name].tolist() for name in described), strict=True)
+            rows = zip(*(values[name].tolist() for name in about_them), strict=True)
             numbers = zip(part.places.tolist(), rows, warnings, steps, strict=True)
             outcomes += [
                 Outcome(
                     indices[i],
                     self.definition.keys[indices[i]],
                     DONE,
-                    metrics=dict(zip(described, row, strict=True)),
-                    known=described,
+                    metrics=dict(zip(about_them, row, strict=True)),
+                    known=about_them,
                     warnings=warned,
                     steps=count,
                     made=about,

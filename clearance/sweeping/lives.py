@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.files.locks import folder_at
-from clearance.metrics.metrics import Metric
+from clearance.metrics.metrics import Metric, described
 from clearance.scene.scene import Scene
 from clearance.sweeping.journal import DONE, Outcome
 from clearance.values import checks
@@ -69,7 +69,7 @@ def point(
         key,
         DONE,
         metrics={n: float(m.value) for n, m in metrics.items()},
-        known={n: (m.units, m.text) for n, m in metrics.items()},
+        known=described(metrics),
         wall=time.perf_counter() - began,
         made=inputs,
     )

@@ -45,17 +45,11 @@ class Queue:
             self._sort()
 
     def _sort(self) -> None:
-        done = np.array(list(self.wall))[-MOST:]
-        cost = np.array([self.wall[i] for i in done])
-        rest = np.array(self.waiting)
-        guess = np.empty(len(rest))
-        for part in np.array_split(
-            np.arange(len(rest)), max(len(rest) * len(done) // 1_000_000, 1)
-        ):
-            distance = ((self.place[rest[part], None, :] - self.place[None, done, :]) ** 2).sum(
-                axis=2
-            )
-            guess[part] = cost[distance.argmin(axis=1)]
+        from scipy.spatial import KDTree  # what few sweeps come to
+
+        done, rest = np.array(list(self.wall)[-MOST:]), np.array(self.waiting)
+        _, nearest = KDTree(self.place[done]).query(self.place[rest])
+        guess = np.array([self.wall[i] for i in done])[nearest]
         self.waiting = deque(rest[np.argsort(-guess, kind="stable")].tolist())
 
 

@@ -222,10 +222,8 @@ def sampled(count: int, *, kind: str = "latin", seed: int = 0, **ranges) -> Poin
         >>> len(cl.sampled(8, clearance=(1e-5, 1e-4, "log")))
         8
     """
-    if kind not in KINDS:
-        raise ValueError(f"sample must be one of {', '.join(KINDS)}, got {kind!r}")
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise ValueError(f"count must be a positive whole number, got {count!r}")
+    checks.one_of("sample", kind, KINDS)
+    checks.whole("count", count, 1)
     if not ranges:
         raise ValueError("sampled: give at least one range, such as speed=(20.0, 40.0)")
     box = {name: _Range.of(name, bounds) for name, bounds in ranges.items()}

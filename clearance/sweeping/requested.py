@@ -31,7 +31,6 @@ from clearance.accuracy.request import (
     PRINTED,
     TIGHTEST,
     Request,
-    relative,
 )
 from clearance.lanes.group import Answers, Points
 from clearance.results.errors import TRAJECTORY, Error, Errors
@@ -193,10 +192,7 @@ class Ladder:
             numbers = ((n, *row[i].tolist()) for n, row in errors.items())
             rows = {n: Error(value, error, film=film) for n, value, error, film in numbers}
             rows[TRAJECTORY] = Error(0.0, apart)
-            for name, eps, error, with_film in self.request.wanted(Errors(rows)):
-                worst[i] = max(worst[i], relative(error.stated, error, name) / eps)
-                if with_film:
-                    table[i] = max(table[i], relative(error.film, error, name) / eps)
+            (worst[i], _), (table[i], _) = self.request.over(Errors(rows))
         return worst, table
 
 

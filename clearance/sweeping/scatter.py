@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.files.locks import replacing
+from clearance.files.locks import replace_file
 from clearance.files.texts import check_kinds, signed, signed_document, text_of
 from clearance.metrics.statistics import CONFIDENCE
 from clearance.sweeping.index import Sweep, open_sweep
@@ -58,11 +58,8 @@ class Distribution:
     unit: str = field(default="", compare=False)  # in which words show it, where it is not SI
 
     def __post_init__(self):
-        names = DISTRIBUTIONS.get(self.kind)
-        if names is None:
-            raise ValueError(
-                f"unknown distribution {self.kind!r}{checks.meant(self.kind, DISTRIBUTIONS)}"
-            )
+        checks.known("unknown distribution", self.kind, DISTRIBUTIONS)
+        names = DISTRIBUTIONS[self.kind]
         if len(self.numbers) != len(names):
             raise ValueError(
                 f"{self.kind} has the numbers {', '.join(names)}; got {len(self.numbers)}"
@@ -281,11 +278,7 @@ class Scatter:
         """Finite values at the points of A and B. Raises ValueError for a metric that there is
         not.
         """
-        if metric not in self.sweep.metrics:
-            names = ", ".join(self.sweep.metrics) or "none, for no run ended"
-            raise ValueError(
-                f"no metric {metric!r}{checks.meant(metric, self.sweep.metrics)}; there are {names}"
-            )
+        checks.known("no metric", metric, self.sweep.metrics)
         values = self.sweep.metrics[metric][: 2 * self.n]
         return values[np.isfinite(values)]
 
@@ -366,8 +359,7 @@ def write(result: Scatter, folder: Path) -> None:
         "n": result.n,
         "limits": result.limits,
     }
-    with replacing(folder / "scatter.json") as temporary:
-        temporary.write_text(signed(document, indent=1))
+    replace_file(folder / "scatter.json", signed(document, indent=1))
 
 
 def open_scatter(folder: str | Path) -> Scatter:

@@ -31,7 +31,7 @@ from clearance.run.inputs import (
     modules_of,
     point_differences,
 )
-from clearance.run.options import Demand, affordable
+from clearance.run.options import Demand, affordable, check_settle
 from clearance.run.progress_bar import watched
 from clearance.run.recording import attributes_of
 from clearance.scene.catalogue import AnyCase, case_with, find_case
@@ -148,12 +148,10 @@ def sweep(
     if life is not None:
         options, channels = _of_lives(life, channels, settle, metrics, options), ()
     definition = define(case, points, fixed or {}, channels, compression, settle, metrics, options)
-    if workers is not None and (
-        isinstance(workers, bool) or not isinstance(workers, int) or workers < 1
-    ):
-        raise ValueError(f"workers must be a positive whole number, got {workers!r}")
-    if workers is not None and scheduler is not None:
-        raise ValueError("give workers (processes here) or a scheduler (a cluster's), not both")
+    if workers is not None:
+        checks.whole("workers", workers, 1)
+        if scheduler is not None:
+            raise ValueError("give workers (processes here) or a scheduler (a cluster's), not both")
     if "CLEARANCE_LANES" in os.environ:
         from clearance.sweeping.in_lanes import check_width
 
@@ -164,7 +162,6 @@ def sweep(
         prepare_start()
     _try_first(definition, None if force else partial(_affordable, definition, folder))
     definition = replace(definition, regimes=regimes(definition))
-    folder.mkdir(parents=True, exist_ok=True)
     with locked(folder, "sweeping it"), _logged(folder):
         if existing != definition:  # there is none, or its files have moved
             definitions.write(definition, folder)
@@ -224,11 +221,7 @@ def define(case, points, fixed, channels, compression, settle, metrics, options)
         raise ValueError(f"case {chosen.name}: workers need to load it; put the function {where}")
     parameters = chosen.parameters
     for name in (*points.columns, *fixed):
-        if name not in parameters:
-            raise ValueError(
-                f"case {chosen.name} has no parameter {name!r}{checks.meant(name, parameters)}; "
-                f"it has {', '.join(parameters)}"
-            )
+        checks.known(f"case {chosen.name} has no parameter", name, parameters)
     if twice := [n for n in fixed if n in points.columns]:
         raise ValueError(f"{twice[0]} is both swept and fixed")
     if unknown := [n for n in options if n not in OPTIONS]:
@@ -324,7 +317,7 @@ def _try_first(definition: Definition, demanded: Callable | None) -> None:
                 case.scene(**definition.values(index)), demanded, **definition.run_options
             )
             matching(run.mechanism.layout.channels, definition.keep or None)
-            _check_settle(definition, run)
+            check_settle(run.mechanism.scene, definition.settle, run.span.until)
             # compiled here, once
             ideal = ideal_motion(
                 run.mechanism.scene, run.span, json.loads(attributes_of(run)["scene"])
@@ -348,16 +341,6 @@ def _check_error(definition: Definition, run, ideal: dict) -> None:
         return of_point(record, definition.settle, still)
 
     Request.of(error).check(names(run, summed))
-
-
-def _check_settle(definition: Definition, run) -> None:
-    turn = run.mechanism.scene.turn
-    if definition.settle is not None and definition.settle * (turn or 1.0) >= run.span.until:
-        unit = "turns" if turn else "s"
-        raise ValueError(
-            f"settle = {definition.settle:g} {unit} leaves nothing of a run of "
-            f"{run.span.until:.6g} s"
-        )
 
 
 class LogFile(logging.FileHandler):

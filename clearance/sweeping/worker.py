@@ -12,7 +12,7 @@ from pathlib import Path
 
 from clearance.accuracy.by_differences import Impossible, Sensing, reason_without
 from clearance.accuracy.point_errors import Stating
-from clearance.metrics.metrics import Metric, own
+from clearance.metrics.metrics import Metric, described, own
 from clearance.metrics.of_points import of_point
 from clearance.results.record import Record
 from clearance.results.recorder import Memory, MemoryRecord
@@ -138,11 +138,11 @@ class Keeper(ShortFile):
                     words if words.startswith("metric ") else f"metric {function.__name__}: {words}"
                 )
         if self.given is not None:
-            described = json.dumps({n: (m.units, m.text) for n, m in self.found.items()})
+            about_them = json.dumps(described(self.found))
             about = {"metrics": {n: m.value for n, m in self.found.items()}}
             about["sweep"] = {
                 "key": self.key,
-                "known": described,
+                "known": about_them,
                 "made": json.dumps(self.made),
                 "missing": "; ".join(self.missing),
             }
@@ -281,26 +281,28 @@ def _lived(definition: Definition, folder: Path, index: int, key: str) -> Outcom
     """The life of a point."""
     from clearance.sweeping.lives import point
 
-    values = definition.values(index)
-    files = files_named(values.values())
-    scene: Scene = _case(definition.path, definition.source).scene(**values)
+    scene, *inputs = _inputs(definition, index)
     mechanism = prepare(scene, **definition.run_options).mechanism
-    modules = _modules(definition.path, definition.source, definition.own)
-    return point(definition.life, scene, folder, index, key, made(mechanism, modules, files))
+    return point(definition.life, scene, folder, index, key, made(mechanism, *inputs))
+
+
+def _inputs(definition: Definition, index: int) -> tuple[Scene, dict, dict]:
+    """The scene of a point, and digests of the modules and files that it is made of."""
+    values = definition.values(index)
+    files = files_named(values.values())  # before the scene reads them
+    scene = _case(definition.path, definition.source).scene(**values)
+    return scene, _modules(definition.path, definition.source, definition.own), files
 
 
 def _attempt(
     definition: Definition, index: int, key: str, path: Path | None, began: float
 ) -> Outcome:
-    values = definition.values(index)
-    files = files_named(values.values())  # before the scene reads them
-    scene: Scene = _case(definition.path, definition.source).scene(**values)
-    modules = _modules(definition.path, definition.source, definition.own)
+    scene, *inputs = _inputs(definition, index)
     prepared = partial(prepare, scene, **definition.run_options)
     run: Run | None = prepared()
     while run is not None:
         stating = Stating(run, definition.options.get("error"), definition.settle)
-        about, sensing = made(run.mechanism, modules, files), sensing_of(definition, scene)
+        about, sensing = made(run.mechanism, *inputs), sensing_of(definition, scene)
         keeper = Keeper(stating, definition, key, path, about, sensing)
         failure = stating.made(keeper, keeper.summed)
         run = None
@@ -315,7 +317,7 @@ def _attempt(
         DONE if failure is None else FAILED,
         failure or "; ".join(words),
         {n: float(m.value) for n, m in keeper.found.items()},
-        {n: (m.units, m.text) for n, m in keeper.found.items()},
+        described(keeper.found),
         len(keeper.record.warnings),
         time.perf_counter() - began,
         run.wall,

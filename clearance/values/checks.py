@@ -6,7 +6,7 @@
 import functools
 import math
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from importlib import import_module
 
 from clearance.values.accessors import stated
@@ -108,6 +108,31 @@ nonzero = bounded(lambda number: number == 0.0, "not be 0")
 fraction = bounded(lambda number: not 0.0 <= number <= 1.0, "lie in [0, 1]")
 inner_fraction = bounded(lambda number: not 0.0 < number < 1.0, "lie between 0 and 1")
 at_least_one = bounded(lambda number: number < 1.0, "be at least 1")
+
+
+def whole(field: str, value: object, least: int = 0, most: int | None = None) -> int:
+    """An integer from `least` to `most`."""
+    top = math.inf if most is None else most
+    if isinstance(value, bool) or not hasattr(value, "__index__") or not least <= value <= top:
+        ends = f"of at least {least}" if most is None else f"from {least} to {most}"
+        raise ValueError(f"{field} must be a whole number {ends}, got {value!r}")
+    return int(value)
+
+
+def one_of(field: str, value: str, names: Collection[str]) -> str:
+    """The value, one of some names. Raises ValueError naming the closest of them."""
+    if value not in names:
+        answer = f"got {value!r}{meant(value, names)}"
+        raise ValueError(f"{field} must be one of {', '.join(names)}; {answer}")
+    return value
+
+
+def known(reason: str, name: str, names: Collection[str]) -> None:
+    """Raise ValueError for a name that is not among some; reason: "the case has no parameter"."""
+    if name not in names:
+        verb = "it has" if " has no " in reason else "there are"
+        there = ", ".join(names) or "none"
+        raise ValueError(f"{reason} {name!r}{meant(name, names)}; {verb} {there}")
 
 
 def share(field: str, value: object) -> float:

@@ -121,11 +121,16 @@ def degree(value: float) -> float:
     return si(value, "deg")
 
 
+def behind(units: str) -> str:
+    """Units as they stand behind a number; "" where there are none."""
+    return "" if units in ("", "-", "1", "?") else f" {units}"
+
+
 def shown(value: object, units: str) -> str:
     """A value in SI with its units, and in those that people think in: "300 rad/s (2865 rpm)"."""
     if not isinstance(value, int | float) or isinstance(value, bool):
         return str(value)
-    text = f"{value:g} {units}" if units not in ("-", "1", "?") else f"{value:g}"
+    text = f"{value:g}{behind(units)}"
     scaled = [(value / UNITS[unit][1], unit) for unit in READ_AS.get(units, ())]
     if not value or not scaled:
         return text

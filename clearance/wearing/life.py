@@ -28,12 +28,12 @@ from typing import NamedTuple
 import numpy as np
 
 from clearance.elements.body import ground
-from clearance.files.locks import Lock, opener, replacing
+from clearance.files.locks import Lock, opener, replace_file, replacing
 from clearance.files.texts import signed
 from clearance.laws.contact import layer_of
 from clearance.laws.outline import Outline, worn
 from clearance.mechanism.build import build
-from clearance.metrics.metrics import SURFACES, metrics
+from clearance.metrics.metrics import SURFACES, described, metrics
 from clearance.results.result import Result, open_result
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.inputs import accept, differences, of_case
@@ -88,16 +88,11 @@ class Plan:
             raise ValueError(
                 f"share must lie in (0, 1] of the clearance, got {self.share!r}: {reason}"
             )
-        if self.jump not in JUMPS:
-            raise ValueError(f"jump must be one of {', '.join(JUMPS)}, got {self.jump!r}")
+        checks.one_of("jump", self.jump, JUMPS)
         if self.jump_turns is not None:
             checks.positive("jump_turns", self.jump_turns)
-        for name, least in (("settle", 0), ("average", 1)):
-            value = getattr(self, name)
-            if not isinstance(value, int) or value < least:
-                raise ValueError(
-                    f"{name} must be a whole number of turns from {least} on, got {value!r}"
-                )
+        checks.whole("settle", self.settle)
+        checks.whole("average", self.average, 1)
 
 
 @dataclass(frozen=True)
@@ -274,8 +269,8 @@ class Driver:
                     f"directory"
                 )
             self._compare(before["scene"], asked["scene"], accept_changes)
-        _write(path, signed(asked))
-        _write(self.folder / "journal.jsonl", "".join(f"{signed(e)}\n" for e in self.journal))
+        replace_file(path, signed(asked))
+        replace_file(self.folder / "journal.jsonl", "".join(f"{signed(e)}\n" for e in self.journal))
 
     def _compare(self, before: dict, scene: dict, accept_changes: bool | None) -> None:
         """Stages of the journal and those to come must be of one physics; see `Driver`."""
@@ -591,7 +586,7 @@ class Driver:
             "made": self.made,
         }
         if stage == 0:
-            entry["known"] = {n: (m.units, m.text) for n, m in values.items()}
+            entry["known"] = described(values)
         with open(self.folder / "journal.jsonl", "ab", opener=opener) as file:
             file.write(f"{signed(entry)}\n".encode())
             file.flush()
@@ -697,8 +692,3 @@ def _grown(begin: Worn, worn: Worn) -> np.ndarray:
     """Depths worn off since, over neighbouring nodes [m], (surfaces, NODES)."""
     pairs = zip(_depths(begin).values(), _depths(worn).values(), strict=True)
     return np.array([smoothed(new - old) for old, new in pairs])
-
-
-def _write(path: Path, text: str) -> None:
-    with replacing(path) as temporary:
-        temporary.write_text(text)

@@ -83,7 +83,7 @@ def pressure_at(overlapping, yielding, solids: Rough):
     return p, -slope / (1.0 - yielding * slope)
 
 
-def walk(x, y, angle, joint: FilmJoint, data):
+def walk(x, y, angle, joint: FilmJoint):
     """First node and number of cells where solids may touch, places and weights of the outlines."""
     first, cells = arc(x, y, joint.clearance - MOST * joint.roughness)
     before, behind = turned(angle)
@@ -93,7 +93,7 @@ def walk(x, y, angle, joint: FilmJoint, data):
 
 def carried(x, y, angle, joint: FilmJoint, data, yielding, solids: Rough):
     """Sums over the nodes: force x, y, load, and minus the slopes xx, xy, yy [Pa, Pa/m]."""
-    first, nodes, bearing, journal, _, behind = walk(x, y, angle, joint, data)
+    first, nodes, bearing, journal, _, behind = walk(x, y, angle, joint)
     weights = cubic(behind)
     fx, fy, load, xx, xy, yy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for node in range(first, first + nodes):
@@ -193,7 +193,7 @@ def wear_rough(position, joint: FilmJoint, data, over, solids, pressure):
     journal).
     """
     x, y, angle = position
-    first, nodes, bearing, journal, before, behind = walk(x, y, angle, joint, data)
+    first, nodes, bearing, journal, before, behind = walk(x, y, angle, joint)
     weights = cubic(behind)
     for k in range(nodes):
         g = overlap(x, y, joint.clearance, data, bearing, journal, first + k, weights)

@@ -381,7 +381,7 @@ def test_R10_folders_and_seeds(files, tmp_path, typed):
     huge = "100000000000000000000"
     assert (
         typed.line("bench-data ball_joint --seed", huge)
-        == f"clearance: --seed must be less than 2^63, got {huge}"
+        == f"clearance: --seed must be a whole number from 0 to {2**63 - 1}, got {huge}"
     )
 
 

@@ -37,6 +37,7 @@ ONLY_IN = {
         "paper_figures.peers",
         "clearance.film.coefficients",
         "clearance.film.fem",
+        "clearance.sweeping.order",
         "clearance.sweeping.scatter",
         "clearance.values.even_points",
         "clearance.metrics.sensor",

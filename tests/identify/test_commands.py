@@ -80,7 +80,7 @@ def test_bench_data_says_what_it_wrote(tmp_path, capsys):
         (["-o", "x.txt"], "must end in .h5, .hdf5 or .csv"),
         (["--scatter", "-1"], "scatter must not be negative"),
         (["--scatter", "1000"], "scatter must lie in [0, 1], 0.16 is 16 %, got 1000"),
-        (["--seed", "-1"], "--seed must be a whole number from 0 on, got -1"),
+        (["--seed", "-1"], "--seed must be a whole number from 0 to 9223372036854775807, got -1"),
     ],
 )
 def test_bad_bench_data(tmp_path, monkeypatch, capsys, arguments, message):
@@ -328,13 +328,13 @@ def test_preloads(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--model", "dahl"], "model must be one of lugre1d, lugre3d, curve, lstm, got 'dahl'"),
+        (["--model", "dahl"], "model must be one of lugre1d, lugre3d, curve, lstm; got 'dahl'"),
         (["--roles", "exam"], "no trial has a role of exam"),
         (
             ["--roles", "training,tset"],
             "no trial has a role of tset; there are training, test, extrapolation",
         ),
-        (["--seed", "-1"], "--seed must be a whole number from 0 on, got -1"),
+        (["--seed", "-1"], "--seed must be a whole number from 0 to 9223372036854775807, got -1"),
         (["-p", "knots"], "-p knots: expected NAME=VALUE"),
         (
             ["-p", "knot=1"],
@@ -348,7 +348,7 @@ def test_preloads(tmp_path, capsys):
         (["--bound", "spin_stiffness=5"], "--bound spin_stiffness=5: expected NAME=LO:HI"),
         (["--bound", "spin_stifness=1:5"], "bounds: lugre3d has no parameter 'spin_stifness'"),
         (["--model", "lstm", "--bound", "x=1:5"], "--bound x=1:5: lstm has no bounds"),
-        (["-p", "load=heavy"], "load must be one of fixed, proportional, power, got 'heavy'"),
+        (["-p", "load=heavy"], "load must be one of fixed, proportional, power; got 'heavy'"),
         (["-p", "lag=yes"], "-p lag=yes: lugre3d has no option 'lag'"),
         (["--model", "curve", "--lag"], "--lag: curve has no lag; lugre1d, lugre3d"),
         (

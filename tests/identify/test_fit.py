@@ -744,7 +744,7 @@ def spoilt(name, value) -> Measurement:
             "no trial has a role of tset; there are training, test",
         ),
         (lambda: fit(small(), roles=()), "no trial has a role of none; there are training, test"),
-        (lambda: fit(small(), seed=-1), "seed must be a whole number from 0 on, got -1"),
+        (lambda: fit(small(), seed=-1), "seed must be a whole number of at least 0, got -1"),
         (lambda: fit(broken(rate=np.zeros((2000, 3)))), "'training_x_0' never moves"),
         (lambda: fit(small(), "lugre"), "model must be one of .*'lugre'"),
         (lambda: fit(small(), starts=0), "starts must be a whole number from 1 to 10000, got 0"),
@@ -757,7 +757,7 @@ def spoilt(name, value) -> Measurement:
         ),
         (
             lambda: nrmse(np.ones(3), np.ones(3), over="mean"),
-            "over must be one of rms, std, range, got 'mean'",
+            "over must be one of rms, std, range; got 'mean'",
         ),
         (
             lambda: nrmse(np.ones(3), np.ones(3), over="std"),

@@ -627,7 +627,7 @@ def test_where_a_curve_drives():
         (lambda: lugre3d(bounds={"spin_stiffness": (0, 1)}), "bounds of spin_stiffness"),
         (
             lambda: lugre3d(network=2.5),
-            "network must be a whole number of units, 0 for none, got 2.5",
+            "network must be a whole number of at least 0, got 2.5",
         ),
         (
             lambda: lugre3d(network=2, knots=KNOTS),

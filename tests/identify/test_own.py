@@ -297,7 +297,7 @@ def test_series_come_back_from_their_files(tmp_path):
         (lambda: model(cl.hertz, stiffness=between(1, 2)), "hertz is a contact law"),
         (lambda: open_model("nowhere.py:law"), "there is no file 'nowhere.py'"),
         (lambda: open_model("lugre4d"), "expected NAME or FILE.py:NAME"),
-        (lambda: fit(spinning(100), "lugre4d"), r"lstm, got 'lugre4d' .did you mean lugre[13]d"),
+        (lambda: fit(spinning(100), "lugre4d"), r"lstm; got 'lugre4d' .did you mean lugre[13]d"),
         (lambda: fit(spinning(100), model(cl.joint_lugre_loaded, **BOUNDS)), "has no fact preload"),
         (lambda: fit(spinning(100), lugre1d(load="power")), "has no fact preload"),
         (

@@ -195,9 +195,9 @@ def test_csv_of_several_trials_whose_torques_are_not_the_same(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda r: [], "file is empty"),
-        (lambda r: ["# preload = 3"], "file is empty"),
-        (lambda r: r[:1], "no samples"),
+        (lambda r: [], "at least 2 lines are needed, a header and rows; got 0"),
+        (lambda r: ["# preload = 3"], "at least 2 lines are needed, a header and rows; got 0"),
+        (lambda r: r[:1], "a header and rows; got 1"),
         (lambda r: r[:20], "trial 'my_run_v2' has 19 samples; at least 50"),
         (
             lambda r: [x.replace("time", "t") for x in r],
@@ -482,7 +482,7 @@ def test_measurements(measurement):
     with pytest.raises(KeyError, match="no trial 'c'; there are b, a"):
         measurement.named("c")
     with pytest.raises(
-        ValueError, match="no trial has the role 'extrapolation'; there are test, training"
+        ValueError, match="no trial has a role of extrapolation; there are test, training"
     ):
         measurement.of("extrapolation")
     with pytest.raises(ValueError, match="trial 'a' comes 2 times"):

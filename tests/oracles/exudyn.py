@@ -10,8 +10,9 @@ import math
 import time
 
 import numpy as np
+from clearance.paper_figures.peers import Problem, Solution
 
-from clearance.accuracy.horizon import NotSolved, Problem, Solution
+from clearance.accuracy.horizon import NotSolved
 from clearance.elements import ClearanceRevolute, Drive
 from clearance.elements.body import Body, ground
 from clearance.laws.film import film_torques

@@ -33,7 +33,7 @@ def test_each_command_can_be_given(command):
         scene_of(options)
     elif options.command == "identify":
         reference = models.model(options.model).options
-        assert {p.partition("=")[0] for p in options.options} <= set(reference)
+        assert {p.partition("=")[0] for p in options.parameters} <= set(reference)
 
 
 def test_the_four_sources_are_there():

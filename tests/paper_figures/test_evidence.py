@@ -11,12 +11,12 @@ import h5py
 import numpy as np
 import pytest
 from clearance.paper_figures import ablation, physics, work_precision
-from clearance.paper_figures.peers import PEERS, dispatched
+from clearance.paper_figures.peers import PEERS, Problem, dispatched
 from clearance.postprocess import study_pictures
 
 import clearance as cl
 from clearance import cli
-from clearance.accuracy.horizon import NotSolved, Problem, horizon
+from clearance.accuracy.horizon import NotSolved, horizon
 from clearance.mechanism.build import build
 from clearance.run.options import METHODS
 from clearance.scene.catalogue import find_case

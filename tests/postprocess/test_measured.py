@@ -91,7 +91,7 @@ def test_a_record_over_the_angle(run, tmp_path):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("time [s],a [m/s2]\n0,1\n1,2\n", "at least 4 rows"),
+        ("time [s],a [m/s2]\n0,1\n1,2\n", "at least 5 lines are needed, a header and rows; got 3"),
         (
             "x [mm],a [m/s2]\n0,1\n1,2\n2,3\n3,4\n",
             "time or angle, by its name or its unit; columns: x, a",

@@ -153,7 +153,7 @@ def test_a_full_disk_keeps_what_fits(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "full")
 
-    monkeypatch.setattr(short_file, "replacing", full)
+    monkeypatch.setattr(short_file, "replace_file", full)
     with pytest.raises(cl.SimulationError, match="what fitted is stored in") as caught:
         run(tmp_path / "run.h5", "dry")
     assert caught.value.result.status.startswith("partial: ")

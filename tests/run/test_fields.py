@@ -117,7 +117,7 @@ def test_not_unless_asked_for():
         ({"model": "dry"}, {}, "no joint has a film"),
         ({"film": "conserving"}, {}, "B has conserving"),
         ({"film": "short"}, {}, "B has short_film"),
-        ({}, {"pressure_fields": 0}, "whole number of instants a turn"),
+        ({}, {"pressure_fields": 0}, "instants a turn, must be a whole number"),
         ({}, {"channels": ["joints/B/*"]}, "needs all channels"),
     ],
 )

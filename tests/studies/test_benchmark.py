@@ -4,9 +4,9 @@ import importlib
 from pathlib import Path
 
 import pytest
+from clearance.paper_figures.peers import Problem
 
 import clearance as cl
-from clearance.accuracy.horizon import Problem
 from clearance.film.conserving import MemoryFilm
 from clearance.studies.benchmark.foreign import foreign
 from clearance.studies.benchmark.problems import PROBLEMS, benchmark, named

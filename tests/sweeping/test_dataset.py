@@ -135,7 +135,7 @@ def test_the_baseline_finds_the_labels(made, capsys):
         ({"channels": ()}, "at least one channel"),
         ({"channels": ("bodies/slider/xx",)}, "fits none"),
         ({"noise": "-1%"}, "noise"),
-        ({"points": 0}, "count must be a positive"),
+        ({"points": 0}, "count must be a whole number of at least 1"),
         ({"ranges": {"clearanc": (1e-4, 2e-4)}}, "did you mean clearance"),
     ],
 )

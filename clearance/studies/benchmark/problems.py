@@ -4,13 +4,12 @@ import time
 import warnings
 from pathlib import Path
 
-from clearance.scene.joint_options import one_of
 from clearance.studies.benchmark import bearings, mechanisms, motions  # noqa: F401
 from clearance.studies.benchmark.foreign import foreign
 from clearance.studies.benchmark.problem import PROBLEMS, RTOL, Answer, Work
 from clearance.studies.benchmark.rows import compared, references
 from clearance.values import checks
-from clearance.values.checks import RunWarning
+from clearance.values.checks import RunWarning, one_of
 
 
 def named(name: str | int) -> str:
