@@ -16,7 +16,7 @@ import numpy as np
 
 from clearance.identify import doubts, estimation, models
 from clearance.identify.estimation import MOST_STARTS, STARTS, in_group
-from clearance.identify.models import AXES, Curve, LuGre, Model
+from clearance.identify.models import Curve, LuGre, Model
 from clearance.identify.own import Own
 from clearance.identify.records import Series
 from clearance.results.reading import Entries, open_checked
@@ -269,8 +269,7 @@ def fit(
     starts: number of points that a nonlinear fit begins from (20; 1 of a model of one's own). The
         first stands at the typical values, the seed spreads the others over the bounds. progress:
         called with the done share, of a model of one's own with a text.
-    Raises ValueError for roles that no trial has, a trial without motion or measured axis, and an
-    unknown model. A torque or rate that is not a number raises it, too.
+    Raises ValueError for roles that no trial has, a trial without motion, and an unknown model.
     """
     model = models.model(model) if isinstance(model, str) else model
     if starts is None:
@@ -306,7 +305,7 @@ def fit(
         "seed": int(seed),
         "seconds": took,
         "fastest": fastest,
-        "synthetic": bool(getattr(measurement, "facts", {}).get("synthetic", False)),
+        "synthetic": bool(measurement.facts.get("synthetic", False)),
         **estimate.facts,
     }
     remarks = [
@@ -355,16 +354,6 @@ def _correlated(model: Model, values: dict[str, float], trials: Sequence) -> dic
 
 
 def _check(trial) -> None:
-    if not any(trial.measured):
-        raise ValueError(f"trial {trial.name!r} has no measured axis")
-    for quantity, array in (
-        ("rate", trial.rate),
-        ("torque", np.where(trial.measured, trial.torque, 0.0)),
-    ):
-        for row, axis in np.argwhere(~np.isfinite(array))[:1]:
-            raise ValueError(
-                f"trial {trial.name!r}: {quantity}_{AXES[axis]} is {array[row, axis]} in row {row}"
-            )
     if (way := float(abs(trial.rate).sum()) * trial.step) < STILL:
         raise ValueError(
             f"trial {trial.name!r} never moves ({way:.2g} rad in all): it contains nothing about "

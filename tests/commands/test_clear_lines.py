@@ -148,7 +148,7 @@ def test_T2c_an_endless_field(tmp_path, typed):
     path.write_text("time [s],a [m/s2]\n0,1\n1," + 200_000 * "7" + "\n2,1\n3,1\n4,1\n")
     for command in (("view", tmp_path / "r.h5"), ("plot", tmp_path / "r.h5", "measured")):
         more = ("--measured", path, "--channels", "slider.ax", "-o", tmp_path / "out.html")
-        assert "m.csv:3: field larger than field limit" in typed.line(*command, *more)
+        assert "m.csv: line 3: field larger than field limit" in typed.line(*command, *more)
 
 
 @pytest.mark.parametrize("seed", few_of(range(12), 4))
