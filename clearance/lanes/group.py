@@ -87,7 +87,8 @@ class Points:
         of a turn [s]; frequency: typical one [rad/s]; own: numbers that reductions may read;
         tables: those of each point (points, numbers), or of all (numbers,), where they are not the
         group's; given: numbers of each sample, likewise (points, numbers, samples); rtol: where
-        it is not the group's.
+        it is not the group's; ends: of the turns, where these differ in length (points, turns) [s];
+        length: of the runs whose first turns these are [s].
     """
 
     y: np.ndarray
@@ -104,10 +105,14 @@ class Points:
     tables: np.ndarray | None = None
     given: np.ndarray | None = None
     rtol: float | np.ndarray | None = None
+    ends: np.ndarray | None = None
+    length: np.ndarray | None = None
 
     @property
     def turns(self) -> int:
         """Turns of a run, the last may be a part of one."""
+        if self.ends is not None:
+            return self.ends.shape[1]
         return math.ceil(float((self.until / self.turn).max()) * (1.0 - 1e-9))
 
 
@@ -247,6 +252,7 @@ class Group:
             "points": self._numbers(points, par),
             "data": data,
             "spans": self._spans(points),
+            "ends": np.zeros((1, 0)) if points.ends is None else points.ends,
             "given": self.given[None] if points.given is None else points.given,
             "gathered": gathered,
             "energies": energies,

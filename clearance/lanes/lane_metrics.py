@@ -49,7 +49,7 @@ from clearance.metrics.metrics import (
 from clearance.metrics.of_points import is_dry, of_point, peak_means, statistics
 from clearance.results.errors import TRAJECTORY
 from clearance.results.extremes import BOTH, Extreme
-from clearance.results.record import Record
+from clearance.results.record import Record, time_of
 from clearance.results.recorder import Memory, MemoryRecord
 from clearance.run.diagnosis import doubtful
 from clearance.run.force_hole import checkable
@@ -203,6 +203,11 @@ class LaneTurns(Turns):
         self.record, self.scene, self.names = seen.record, seen.scene, seen.names
         self.labels, self.answers, self.points = labels, answers, points
         self.past, self.count = past, count
+        ends = points.ends
+        if ends is None:
+            ends = np.arange(1, past + count + 1) * points.turn[:, None]
+        #: times between which the turns lie, (runs, turns + 1) [s]
+        self.edges = np.insert(ends, 0, 0.0, axis=1)[:, -count - 1 :]
         by_turn = np.moveaxis(answers.extremes[:, past:], -1, 0)
         self.peaks = dict(zip(seen.quantities, by_turn, strict=True))
         self.totals = dict(zip(seen.reductions, np.moveaxis(answers.totals, -1, 0), strict=True))
@@ -222,7 +227,7 @@ class LaneTurns(Turns):
 
     def mean_squares(self, path: str) -> np.ndarray:
         totals = self.totals[f"{path}_square"][:, self.past :]
-        return np.diff(totals, axis=1, prepend=0.0) / self.points.turn[:, None]
+        return np.diff(totals, axis=1, prepend=0.0) / np.diff(self.edges, axis=1)
 
     def increases(self, path: str) -> np.ndarray:
         return np.diff(self.spent[path], axis=1)
@@ -235,8 +240,8 @@ class LaneTurns(Turns):
         mine = [k for k, label in enumerate(self.labels) if label.partition("/")[0] == joint]
         rows = self.answers.impacts[np.isin(self.answers.impacts[:, 1], mine)]
         point, (begin, speed) = rows[:, 0].astype(int), rows[:, 2:4].T
-        turn = np.floor(begin / self.points.turn[point] + ROUNDING).astype(int) - self.past
-        shape = len(self.points.until), self.count
+        earlier = self.edges[point] <= begin[:, None] + ROUNDING * self.points.turn[point][:, None]
+        turn, shape = earlier.sum(axis=1) - 1, (len(self.points.until), self.count)
         inside, fastest, count = (turn >= 0) & (turn < shape[1]), np.zeros(shape), np.zeros(shape)
         at = point[inside], turn[inside]
         np.maximum.at(fastest, at, speed[inside])
@@ -367,7 +372,8 @@ class LaneMetrics:
             self.window, self.turns, self.past = window, None, 0
             return
         if self.record.uneven:
-            raise NotForLanes("turns of a finite drive are counted by its angle")
+            self._check_counted(window)
+            return
         if window is None or window.turns is None:
             raise NotForLanes("its metrics leave out a part that is no turn of a steady drive")
         before = window.begin / turn
@@ -376,6 +382,34 @@ class LaneMetrics:
         if not on_turn or window.end < until * (1.0 - ROUNDING) or window.turns < 1.0 - ROUNDING:
             raise NotForLanes("the run does not end with the whole turns of its metrics")
         self.window, self.turns = window, window.turns
+
+    def _check_counted(self, window: Window | None) -> None:
+        """Metrics are about complete turns that a finite drive has made, from a complete one on."""
+        self.turned = self._whole_turns(float(self.record.turns_at(self.record.time[-1])))
+        if window is None or not float(self.turned[0]).is_integer() or self.turned[1] < 1:
+            raise NotForLanes("its metrics are not about whole turns of its drive")
+        self.window, self.turns = window, window.turns
+        self.past = 1 + round(self.turned[0])  # the first is the entire run
+
+    def _whole_turns(self, made: float) -> tuple[float, int]:
+        """Turns that are left out, and complete ones after them, of those made; see `Window.of`."""
+        made *= 1.0 + ROUNDING
+        settle = float(made >= 2.0) if self.settle is None else self.settle
+        return settle, math.floor(made - settle)
+
+    def ends_of_turns(self, answers: Answers, points: Points) -> tuple[np.ndarray, np.ndarray]:
+        """Ends of the turns that the metrics are about and of those before (points, turns) [s],
+        from the angles of finite drives; True for points that made as many as the first.
+        """
+        turns, good = np.arange(1.0, self.past + round(self.turns)), answers.status == status.DONE
+        ends = turns / turns.size * points.until[:, None]
+        tracks = answers.tracks[:, list(self.wanted.tracks).index(self.counted)]
+        for i, counted in enumerate(np.maximum.accumulate(tracks, axis=1)):
+            good[i] &= self._whole_turns(float(counted[-1])) == self.turned
+            if good[i]:
+                times = np.linspace(0.0, points.until[i], self.span.samples)
+                ends[i] = time_of(turns, times, counted)
+        return ends, good
 
     def _state(self, stating: Stating) -> dict[str, Metric]:
         """Stated errors of the first point. Raises NotForLanes where there are none."""
@@ -415,6 +449,9 @@ class LaneMetrics:
                 wanted.located(f"{path}_{end}", always=True, searched=False)
         for _ in chain(*reduced(wanted)):
             pass
+        if self.record.uneven:
+            self.counted = f"drives/{self.record.turning['name']}/turns"
+            wanted.tracks[self.counted] = wanted.channel(self.counted)
         if self.turns is not None:
             (every if self.dry else loads)(wanted)
         self.periodic = self.turns is not None and self.turns >= 3.0
@@ -635,13 +672,15 @@ class RunInLanes:
     samples.
     """
 
-    uneven, complete = False, True
+    complete = True
 
     def __init__(self, seen: LaneReductions, index: int):
         lanes, points, answers = seen.lanes, seen.points, seen.answers
+        self.uneven = lanes.record.uneven
         self.lanes, self.index, self.par = lanes, index, points.par
         self.tracks = dict(zip(lanes.wanted.tracks, answers.tracks[index], strict=True))
-        self.turn, until = float(points.turn[index]), points.until[index]
+        self.turn = float(points.turn[index])
+        until = (points.until if points.length is None else points.length)[index]
         samples = lanes.span.samples
         self.time = np.arange(samples) * (until / (samples - 1))
         self.time[-1] = until
@@ -684,8 +723,12 @@ class RunInLanes:
     def share_above_zero(self, path: str, begin: float, end: float) -> None:
         """None: samples are all that it has."""
 
+    @cached_property
+    def _counted(self) -> np.ndarray:
+        return np.maximum.accumulate(self.tracks[self.lanes.counted])
+
     def turns_at(self, time):
-        return time / self.turn
+        return np.interp(time, self.time, self._counted) if self.uneven else time / self.turn
 
     def time_at(self, turns):
-        return turns * self.turn
+        return time_of(turns, self.time, self._counted) if self.uneven else turns * self.turn

@@ -128,7 +128,8 @@ def layout(*, width: int, quantities: int, contacts: int) -> np.dtype:
 #: pieces: addresses; rows: (rows, W); sides: rows beside each lane, for places
 #: of its run (W, rows, W); data: tables; blank: rows of a lane before its point; where, points:
 #: rows that a point sets, and its numbers (points, rows); common: rows that all places of a run
-#: share; spans: columns BEGIN to TURN; given: of each sample (points or 1, numbers, samples);
+#: share; spans: columns BEGIN to TURN; ends: of the turns, where these are no TURN each (points,
+#: turns), else empty; given: of each sample (points or 1, numbers, samples);
 #: waiting: places of the points; gathered: rows stored; energies: places in the state, stored at
 #: the end of each turn in ledgers (points, turns, energies); extremes: (points, turns, quantities);
 #: totals: (points, turns, reductions), those over steps since the window's begin; results: (points,
@@ -147,6 +148,7 @@ ARRAYS = {
     "points": MATRIX,
     "common": INTEGERS,
     "spans": MATRIX,
+    "ends": MATRIX,
     "given": CUBE,
     "waiting": INTEGERS,
     "gathered": INTEGERS,
@@ -191,6 +193,8 @@ def sample_time(s, point, index):
 @inline
 def end_of_turn(s, point, turn):
     """End of a turn of a run, the last that of the run."""
+    if s.ends.shape[1] > 0:
+        return s.ends[point, turn]
     end, until = (turn + 1) * s.spans[point, TURN], s.spans[point, UNTIL]
     return until if end > until * (1.0 - SAME) else end
 

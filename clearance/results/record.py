@@ -105,6 +105,15 @@ class Channels:
         return f"<channels of {self._group}: {', '.join(self._record.names(self._group))}>"
 
 
+def time_of(turns: np.ndarray, time: np.ndarray, counted: np.ndarray) -> np.ndarray:
+    """Times at which turns were made, from those counted at samples, see `Record.time_at`."""
+    turns = np.clip(turns, counted[0], counted[-1])
+    ahead = np.concatenate([[True], np.diff(counted) > 0.0])
+    if not ahead.all():
+        return np.interp(turns, counted[ahead], time[ahead])
+    return np.clip(cubic(counted, time, turns), time[0], time[-1])
+
+
 class Record(Drawn, ABC):
     """Results of a run by name: `run["slider"].ax`, `run.joint("B").force`, `run.energy.residual`.
 
@@ -240,12 +249,7 @@ class Record(Drawn, ABC):
         self._need_turns()
         if self._counted is None:
             return turns * self.turn
-        time, counted = self.time, self._counted
-        turns = np.clip(turns, counted[0], counted[-1])
-        ahead = np.concatenate([[True], np.diff(counted) > 0.0])
-        if not ahead.all():
-            return np.interp(turns, counted[ahead], time[ahead])
-        return np.clip(cubic(counted, time, turns), time[0], time[-1])
+        return time_of(turns, self.time, self._counted)
 
     def _need_turns(self) -> None:
         if self.turning is None:

@@ -161,7 +161,7 @@ class Together:
         """Numbers of points, from their swept numbers; rtol, tables: where they have others."""
         mechanism, start = self.mechanism, self.spread.starts(columns)
         turn, frequency, size, _ = start["scalars"].T
-        turns = self.mechanism.scene.turn is not None
+        turns, uneven = self.mechanism.scene.turn is not None, self.summing.record.uneven
         until = self.options["turns"] * turn if "turns" in self.options else self.run.span.until
         until = np.broadcast_to(until, turn.shape)
         scale, reach, p = self._scales(start), start["reach"].T, self.group.shape.coordinates
@@ -183,9 +183,10 @@ class Together:
             work=self._work(start["work"].T, reach, frequency),
             films=films,
             longest=np.array(list(longest)),
-            begin=self.summing.past * turn,
+            begin=self.summing.past * turn * (not uneven),
             until=until,
             turn=turn if turns else until,
+            ends=until[:, None].copy() if uneven else None,
             frequency=frequency,
             own=self._faster(parameters)[None] ** 2,
             tables=self._tables(columns) if self.several and tables is None else tables,
@@ -318,7 +319,27 @@ class Together:
     def answers(self, points: Points) -> Answers:
         """Results of points; one that takes far more steps than the first may never end."""
         limit = max(FAR_MORE * self.summing.steps, STEPS)
-        return self.group.run(points, min(self.options.get("max_steps") or limit, limit))
+        limit = min(self.options.get("max_steps") or limit, limit)
+        answers = self.group.run(points, limit)
+        return self._by_angle(points, answers, limit) if self.summing.record.uneven else answers
+
+    def _by_angle(self, points: Points, answers: Answers, limit: int) -> Answers:
+        """Results of points with finite drives. They run once more, up to the turns that they have
+        made; their first turn here is the entire run.
+        """
+        ends, good = self.summing.ends_of_turns(answers, points)
+        points.length, points.until, points.ends = points.until, ends[:, -1].copy(), ends
+        points.begin = np.insert(ends, 0, 0.0, axis=1)[:, self.summing.past - 1].copy()
+        turns = self.group.run(points, limit)
+        first = points.y[len(points.y) - answers.ledgers.shape[-1] :].T[:, None]
+        points.ends = np.concatenate([np.zeros((len(good), 1)), ends], axis=1)
+        return replace(
+            answers,
+            extremes=np.concatenate([answers.extremes, turns.extremes], axis=1),
+            totals=np.concatenate([np.zeros_like(answers.totals), turns.totals], axis=1),
+            ledgers=np.concatenate([first, turns.ledgers], axis=1),
+            status=np.where(good, turns.status, status.NOT_FINITE),
+        )
 
     def warnings(
         self, columns: dict[str, np.ndarray], answers: Answers, points: Points
@@ -426,7 +447,8 @@ class Lanes:
     def _reason(together: Together) -> str:
         """The reason for which points of a block take the ordinary way."""
         if together.summing.request is None:
-            return "they failed, carry a warning or press too deep"
+            other = "made other turns, " if together.summing.record.uneven else ""
+            return f"they failed, {other}carry a warning or press too deep"
         return f"they failed, or do not reach the requested errors by rtol {LOST:g}"
 
     def suited(self, pending: Sequence[int]) -> list[int]:
