@@ -398,8 +398,10 @@ class LaneMetrics:
         return settle, math.floor(made - settle)
 
     def ends_of_turns(self, answers: Answers, points: Points) -> tuple[np.ndarray, np.ndarray]:
-        """Ends of the turns that the metrics are about and of those before (points, turns) [s],
-        from the angles of finite drives; True for points that made as many as the first.
+        """Ends of turns of finite drives (points, turns) [s], by their angles, up to the last that
+        metrics are about.
+
+        True for points that made as many as the first.
         """
         turns, good = np.arange(1.0, self.past + round(self.turns)), answers.status == status.DONE
         ends = turns / turns.size * points.until[:, None]
