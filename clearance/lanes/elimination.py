@@ -25,15 +25,15 @@ class Complex:
         )
 
 
-def inverse(piece, a):
+def inverse(a):
     """1 / a."""
     if not isinstance(a, Complex):
-        return piece.trace.div(1.0, a)
-    scale = piece.trace.div(1.0, a.real * a.real + a.imag * a.imag)
+        return 1.0 / a
+    scale = 1.0 / (a.real * a.real + a.imag * a.imag)
     return Complex(a.real * scale, -(a.imag * scale))
 
 
-def magnitude(piece, a):
+def magnitude(a):
     """Size that pivots go by."""
     if isinstance(a, Complex):
         return abs(a.real) + abs(a.imag)
@@ -60,11 +60,11 @@ def factor(piece, a: list[list]) -> tuple[list[list], list]:
     a, exchanges, n = [list(row) for row in a], [], len(a)
     for k in range(n):
         for i in range(k + 1, n):
-            larger = magnitude(piece, a[i][k]) > magnitude(piece, a[k][k])
+            larger = magnitude(a[i][k]) > magnitude(a[k][k])
             exchanges.append(larger)
             for j in range(n):
                 a[k][j], a[i][j] = swapped(piece, larger, a[k][j], a[i][j])
-        a[k][k] = inverse(piece, a[k][k])
+        a[k][k] = inverse(a[k][k])
         for i in range(k + 1, n):
             a[i][k] = a[i][k] * a[k][k]
             for j in range(k + 1, n):

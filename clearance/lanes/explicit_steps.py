@@ -137,7 +137,7 @@ def error_of(piece: Piece, shape: Shape, h, new: list, slopes: list[list]):
     n, y, rtol, high, low = shape.states, piece.all("y"), piece["rtol"], 0.0, 0.0
     for i, scale in enumerate(piece.all("scale")):
         size = scale + piece.largest(abs(y[i]), abs(new[i]))
-        weight = piece.trace.div(1.0, rtol * size)
+        weight = 1.0 / (rtol * size)
         five, three = (sum_of(piece, w, slopes, i) * weight for w in (E5, E3))
         high, low = high + five * five, low + three * three
     root = piece.sqrt((high + low * 0.01) * n)
@@ -150,7 +150,7 @@ def stiffness(piece: Piece, n: int, h, states: tuple, slopes: tuple):
     """Step times the largest eigenvalue felt."""
     apart, change = 0.0, 0.0
     for i, scale in enumerate(piece.all("scale")):
-        unit = piece.trace.div(1.0, scale + abs(states[0][i]))
+        unit = 1.0 / (scale + abs(states[0][i]))
         a, b = ((pair[0][i] - pair[1][i]) * unit for pair in (states, slopes))
         apart, change = apart + a * a, change + b * b
     return h * piece.sqrt(change / piece.largest(apart, 1e-300))
@@ -171,7 +171,7 @@ def dense(piece: Piece, shape: Shape, entries: Entries) -> list:
         change = new[i] - y[i]
         column = [change, h * slopes[0][i] - change, 2.0 * change - h * (slopes[0][i] + slope[i])]
         column += [h * sum_of(piece, weights, slopes, i) for weights in D]
-        unit = piece.trace.div(1.0, scale + abs(new[i]))
+        unit = 1.0 / (scale + abs(new[i]))
         parts = [(v * unit) * (v * unit) for v in column]
         at_ends, within = at_ends + piece.total(parts[:3]), within + piece.total(parts[3:])
         for row, value in zip(rows, column, strict=True):

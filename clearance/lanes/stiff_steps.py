@@ -92,7 +92,7 @@ def moved(piece: Piece, shape: Shape, share) -> list:
 def matrices(piece: Piece, shape: Shape, h, jacobian: list[list]) -> tuple[list[list], list[list]]:
     """The Newton matrices of the rates, real and complex: g - J_u - J_q / g."""
     p, size = shape.coordinates, shape.rates
-    inverse = piece.trace.div(1.0, h)
+    inverse = 1.0 / h
     g, below, z, over = inverse * K.real, h * (1.0 / K.real), PAIR, 1.0 / PAIR
     real, pair = [], []
     for i in range(size):
@@ -202,7 +202,7 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     """One iteration of the simplified Newton method."""
     piece, n, p, size = Piece(rows, ITERATE), shape.states, shape.coordinates, shape.rates
     t, h, y, rtol = piece["t"], piece["h"], piece.all("y"), piece["rtol"]
-    inverse = piece.trace.div(1.0, h)
+    inverse = 1.0 / h
     old_stages, weight = piece.all("stages"), piece.all("weight")
     stages = [old_stages[s * n : (s + 1) * n] for s in range(STAGES)]
     slopes, powers = [], []
@@ -266,7 +266,7 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
 def end_of_step(piece: Piece, shape: Shape, stages: list[list], powers: list) -> tuple:
     """States with the ledger, and rates of the states, at the end of the step."""
     n, h, y, count = shape.states, piece["h"], piece.all("y"), shape.ledger
-    inverse = piece.trace.div(1.0, h)
+    inverse = 1.0 / h
     ledger = [y[n + i] + h * piece.weighted(K.a[-1], powers[i::count]) for i in range(count)]
     slope = [piece.weighted(K.end, [row[i] for row in stages]) * inverse for i in range(n)]
     return [a + b for a, b in zip(y, stages[-1], strict=False)] + ledger, slope
@@ -318,7 +318,7 @@ def settled(piece: Piece, shape: Shape, entries: Entries, theta, t, of: str = ""
     pairs = piece.moving(piece.all(f"{of}polynomial"), theta, n)
     y = [a + b for a, (b, _) in zip(piece.all(f"{of}base"), pairs, strict=True)]
     lu, exchanges = read_real(piece, shape, of)
-    inverse = piece.trace.div(1.0, piece.largest(h, 1e-300))
+    inverse = 1.0 / piece.largest(h, 1e-300)
     gain, between = inverse * K.real, theta > 0.0
     stiff = piece.either(*(abs(lu[i][i]) * gain < STIFF for i in range(size)))
     moves, start = stiff & between, y[p:]
@@ -336,7 +336,7 @@ def error_of(piece: Piece, shape: Shape, f: list, stages: list[list]) -> tuple[l
     """Error estimate and its norm over tolerance."""
     n, p, size = shape.states, shape.coordinates, shape.rates
     h, weight, coupling = piece["h"], piece.all("weight"), piece.all("coupling")
-    inverse, below = piece.trace.div(1.0, h), h * (1.0 / K.real)
+    inverse, below = 1.0 / h, h * (1.0 / K.real)
     defect = [f[i] + piece.weighted(K.e, [row[i] for row in stages]) * inverse for i in range(n)]
     right = []
     for i in range(size):
@@ -367,7 +367,7 @@ def onset(piece: Piece, shape: Shape, ends: list) -> tuple:
         for _ in range(TANGENTS):
             slope = first + x * (2.0 * second + x * (3.0 * third))
             value = low + x * (first + x * (second + x * third))
-            x = piece.smallest(piece.largest(x - piece.trace.div(value, slope), begin), end)
+            x = piece.smallest(piece.largest(x - value / slope, begin), end)
         inside = abs(x - 0.5) < 0.5 - NEAR
         met.append((low * high < 0.0) & inside)
         share = piece.choose(met[-1], piece.smallest(share, x * BEHIND), share)

@@ -128,8 +128,8 @@ def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
     """Take in the end of a step; find the quantities that may have an extreme inside it."""
     width, back, taken = moment.width, piece["interval"], moment.taken
     early = piece.none(back > 0.0)
-    per_width = piece.trace.div(1.0, piece.largest(width, 1e-300))
-    per_back = piece.trace.div(1.0, piece.largest(back, 1e-300))
+    per_width = 1.0 / piece.largest(width, 1e-300)
+    per_back = 1.0 / piece.largest(back, 1e-300)
     curving = width * 4.0 / piece.largest(width + back, 1e-300)
     row = piece.call(entries.outputs, moment.time, moment.y)
     inner = piece.call(entries.outputs, moment.middle_time, moment.middle)
