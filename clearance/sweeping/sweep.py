@@ -337,7 +337,7 @@ def _check_error(definition: Definition, run, ideal: dict) -> None:
         return
 
     def summed(record):
-        still = {body: np.zeros((2, record.time.size)) for body in ideal}
+        still = {body: np.zeros((2, record.time.size)) for body in ideal or {}}
         return of_point(record, definition.settle, still)
 
     Request.of(error).check(names(run, summed))

@@ -106,6 +106,17 @@ def test_a_trajectory(tmp_path):
     assert (share < 1e-2).all()
 
 
+@pytest.mark.parametrize("name", ["four_bar", "double_pendulum"])
+def test_mechanisms_without_a_guide(name, tmp_path):
+    """Nothing slides on the ground, so that there is no ideal motion: points reach their errors."""
+    length = {"until": 0.1} if name == "double_pendulum" else {"turns": 0.1}
+    fixed = {"model": "lubricated"} if name == "four_bar" else {}
+    points = cl.grid(speed=[8.0, 9.0]) if name == "four_bar" else cl.grid(length=[0.4])
+    options = {"fixed": fixed, "channels": [], "workers": 1, "progress": False}
+    swept = cl.sweep(name, points, tmp_path / "s", error=1e-3, **length, **options)
+    assert swept.done.all()
+
+
 def test_errors_that_are_not_reached(tmp_path):
     """Errors that a film table alone exceeds: the ordinary way gives the reason."""
     points = cl.grid(speed=np.linspace(20.0, 50.0, 6), clearance=[1e-4, 2e-4, 3e-4, 4e-4])
