@@ -450,13 +450,13 @@ def _rubbing(page: Page, run: Result) -> list[Markup]:
 def _joint(page: Page, run: Result, joint: str) -> list[Markup]:
     """Extremes, journal path, regimes and contacts of a joint with clearance."""
     numbers, group = run.facts(f"joints/{joint}"), f"joints/{joint}"
+    described = run.described(joint)
+    elastic = elastic_state(run, described)  # its film is no rigid one that pressure flattens
     rows = [
         (what, quantity(float(numbers[name]), units))
         for name, what, units in JOINT_FACTS
-        if name in numbers
+        if name in numbers and not (elastic and name == "flattening_ratio")
     ]
-    described = run.described(joint)
-    elastic = elastic_state(run, described)
     rows += [(ELASTIC[n][0], quantity(v, ELASTIC[n][1])) for n, v in elastic.items()]
     parts = [element("div", element("p", "Over the entire run:"), facts(rows))] if rows else []
     if described["type"] == "ClearancePrismatic":

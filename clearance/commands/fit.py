@@ -106,7 +106,8 @@ def lines(result, document: dict) -> list[str]:
     from clearance.identify.scene_parameters import shown
 
     judged = result.verdict
-    text = [f"{result.problem.scene.name}: {judged.samples} values of {len(result.curves)} records"]
+    records = f"{len(result.curves)} record{'s' * (len(result.curves) > 1)}"
+    text = [f"{result.problem.scene.name}: {judged.samples} values of {records}"]
     text += [f"  {shown(i)}" for i in judged.intervals]
     for name, (value, deviation, units) in result.nuisances.items():
         text.append(f"  {name} = {value:.4g}{behind(units)} (deviation {deviation:.2g})")

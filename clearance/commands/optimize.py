@@ -114,7 +114,7 @@ def lines(result, document: dict) -> list[str]:
     for row in d["limits"]:
         error = "" if row["error"] is None else f" +- {row['error']:.1e}"
         share, of = row.get("kept"), d["share"]
-        share = f"; {share['value']:.1%} of machines keep it, {of:.1%} by slopes" if share else ""
+        share = f"; {share['value']:.1%} of machines keep it, margin for {of:.1%}" if share else ""
         text.append(f"  {row['limit']}: {row['value']:.6g}{error}{share}")
     text += [f"  {line}" for line in d["words"]]
     for row in d["optima"][1:]:

@@ -316,39 +316,46 @@ def _film_part(joint: dict) -> str:
     return f" of its force: {', '.join(texts)}" if texts else ""
 
 
+def _elastic_film(joint: dict) -> str:
+    """The thinnest film on elastic surfaces; between half-spaces with its regime."""
+    from clearance.metrics.summary import regime_of
+
+    film = f"thinnest film {1e6 * joint['least_elastic_film']:.4g} um on the elastic surfaces"
+    ratios = []
+    if "least_elastic_ratio" in joint:
+        ratios.append(f"{joint['least_elastic_ratio']:.3g} roughnesses")
+    if "moes_load" not in joint:
+        return film + (f" ({ratios[0]})" if ratios else "")
+    ratios.append(f"{joint['film_over_rigid']:.3g} of the rigid film")
+    regime = regime_of(joint["moes_load"], joint.get("piezoviscous_number", 0.0))
+    numbers = f"M {joint['moes_load']:.2g}, L {joint['moes_material']:.2g} ({regime})"
+    return f"{film} ({', '.join(ratios)}), {numbers} there"
+
+
 def _joint_line(joint: dict) -> str:
     from clearance.metrics.summary import SHARES, SURFACES
 
     bracket = _bracket(joint, "startup_peak_force")
     force = with_error(joint.get("peak_force", 0.0), joint.get("peak_force_error"), "N", bracket)
     parts = [f"peak force {force}"]
+    # surfaces that press into each other have no film; elastic ones have another one
+    elastic = "least_elastic_film" in joint
     if "smallest_gap" in joint:
         bracket, error = (
             _bracket(joint, "startup_smallest_gap", 1e6, ".4g"),
             joint.get("smallest_gap_error"),
         )
         gap = with_error(joint["smallest_gap"] * 1e6, error and error * 1e6, "um", bracket)
-        parts.append(f"smallest {'nominal ' if 'moes_load' in joint else ''}gap {gap}")
-    # surfaces that press into each other have no film; elastic ones have another one
-    nominal = "moes_load" not in joint
-    if nominal and joint.get("smallest_film_thickness_ratio", -1.0) >= 0.0:
+        parts.append(f"smallest {'nominal ' if elastic else ''}gap {gap}")
+    if not elastic and joint.get("smallest_film_thickness_ratio", -1.0) >= 0.0:
         parts.append(f"film thickness ratio down to {joint['smallest_film_thickness_ratio']:.3g}")
     if "share_full_film" in joint:
         shares = (f"{text} {joint[n]:.0%}" for n, text in SHARES.items() if joint[n] >= 0.005)
         solids = f"{joint['mean_asperity_share']:.0%} of the load on the solids"
         span = " (with the start-up)" if "startup_peak_force" in joint else ""
         parts += [*shares, solids + span]
-    if "moes_load" in joint:
-        from clearance.metrics.summary import regime_of
-
-        regime = regime_of(joint["moes_load"], joint.get("piezoviscous_number", 0.0))
-        numbers = f"M {joint['moes_load']:.2g}, L {joint['moes_material']:.2g} ({regime})"
-        film = f"{1e6 * joint['least_elastic_film']:.4g} um on the elastic surfaces"
-        ratio = f"{joint['least_elastic_ratio']:.3g} roughnesses"
-        parts.append(
-            f"thinnest film {film} ({ratio}, {joint['film_over_rigid']:.3g} of the rigid film), "
-            f"{numbers} there"
-        )
+    if elastic:
+        parts.append(_elastic_film(joint))
     if "film_table_error_closing" in joint:
         parts.append(
             f"film table within {joint['film_table_error_closing']:.1e}{_film_part(joint)}"

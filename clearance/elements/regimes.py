@@ -56,10 +56,12 @@ class Regime:
         ratio = self.film_thickness_ratio
         law = joint.transition and joint.transition.law
         rough = law is not None and law.carries_roughness
+        through = joint.film.law.through_wall
         if ratio is not None and ratio < FULL_FILM and not rough:
+            rigid = "without deflection " if through else ""
             warnings.append(
-                f"the film thickness ratio falls to {ratio:.2g}; below {FULL_FILM:g} asperities "
-                f"share the load and a "
+                f"{rigid}the film thickness ratio falls to {ratio:.2g}; below {FULL_FILM:g} "
+                f"asperities share the load and a "
                 "smooth film alone is only formal"
             )
         if rough and law.needs_asperity and joint.asperity is None and ratio < TOUCHING:
@@ -68,7 +70,6 @@ class Regime:
                 f"carry a large share, which {law.name} has from an asperity law alone: give one, "
                 "such as greenwood_tripp"
             )
-        through = joint.film.law.through_wall
         if through and self.piezoviscous_number > THICKEST:
             number = f"alpha p {self.piezoviscous_number:.2g}"
             warnings.append(f"{pressure}: {number}, the film's table is meant up to {THICKEST:g}")

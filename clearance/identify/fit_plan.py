@@ -108,7 +108,7 @@ def _rows(scene, free, paths, noise, length, per_turn, settle, speed) -> list[Pl
     )
     point = problem.middle
     values, slopes = problem.residuals(point), problem.jacobian(point)
-    unit = f"{length:g} {'turns' if scene.turn else 's'}"
+    unit = f"{length:g} {('turn' if length == 1.0 else 'turns') if scene.turn else 's'}"
     suffix = unit if speed is None else f"{unit}, speed {speed}"
     scaled = []
     for rows in problem.rows:

@@ -45,15 +45,20 @@ def elastic_state(
     """Numbers of ELASTIC of a joint; none without such a film or without its channels.
 
     joint: its description; begin, end: the times between which samples count [s]. M and L follow
-    from film and load: h = 2.448 R' U^(1/2) / M of the rigid film.
+    from film and load: h = 2.448 R' U^(1/2) / M of the rigid film. A film on a liner has its
+    thinnest place alone.
     """
     group, loads = f"joints/{joint['name']}", ("film_radial", "film_tangential", "contact_force")
     names = "elastic_film", "rigid_film", "gap", "membership_mixed", *loads
     paths = [f"{group}/{n}" for n in names]
-    if not joint.get("elastic") or not all(p in record for p in paths):
-        return {}
     inside = (record.time >= begin) & (record.time <= end)
     if not inside.any():
+        return {}
+    if (on_liner := f"{group}/film_least") in record:
+        least, roughness = float(record.values(on_liner)[inside].min()), joint.get("roughness")
+        ratio = {"least_elastic_ratio": least / roughness} if roughness else {}
+        return {"least_elastic_film": least} | ratio
+    if not joint.get("elastic") or not all(p in record for p in paths):
         return {}
     channels = (record.values(path)[inside] for path in paths)
     film, rigid, gap, mixed, radial, tangential, contact = channels

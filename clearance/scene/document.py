@@ -19,6 +19,8 @@ from clearance.elements.joint import Joint
 from clearance.elements.quantities import Described
 from clearance.files.texts import brief
 from clearance.laws.law import BoundLaw, DataLaw, Law, OfJoint
+from clearance.laws.materials import Lubricant
+from clearance.laws.oils import oil_named
 from clearance.values.checks import meant
 from clearance.values.units import amount, quantity
 
@@ -360,8 +362,16 @@ class Parts:
             answer = f"{meant(str(value), tables)}; known: {', '.join(tables) or 'none'}"
             raise ValueError(f"unknown {section} {value!r}{answer}")
         with at(section, value, complete=True):
-            named = {"name": value} if "name" in {f.name for f in fields(kind)} else {}
-            return self.ready.setdefault((section, value), self._made(kind, named | tables[value]))
+            return self.ready.setdefault((section, value), self._shared(kind, value, tables[value]))
+
+    def _shared(self, kind: type, name: str, table: object) -> object:
+        """A part that elements share, from its table; an oil may be a text of its grade."""
+        if kind is Lubricant and isinstance(table, str):
+            return oil_named(table)
+        if not isinstance(table, Mapping):
+            raise ValueError(f"expected a table, got {table!r}")
+        named = {"name": name} if "name" in {f.name for f in fields(kind)} else {}
+        return self._made(kind, named | table)
 
     def law(self, value: object, field: Field | None = None) -> BoundLaw | None:
         """A law: its name, or a table of its name and its parameters; None for the name none."""

@@ -167,6 +167,11 @@ def scored(folder: Path, scores: Mapping[str, Mapping[str, float]]) -> None:
     replace_file(path, text)
 
 
+def _or_none(text: str) -> str:
+    """JSON of an option for readers."""
+    return "none" if text in ("null", "{}") else text
+
+
 def card(runs: Sweep, names, units: Mapping[str, str], about: Mapping[str, object]) -> str:
     """The card of a data set: its nature, contents, source and limits."""
     ends = {n: (min(v), max(v)) for n, v in runs.columns.items()}
@@ -179,13 +184,13 @@ def card(runs: Sweep, names, units: Mapping[str, str], about: Mapping[str, objec
         f"- Each record: {about['turns']} turns after {about['settle']}, "
         f"{about['samples_per_turn']} samples a turn.",
         f"- Channels: {', '.join(f'{n} [{units[n]}]' for n in names)}.",
-        f"- Sensor: noise {about['noise']}, low-pass {about['lowpass']}, "
+        f"- Sensor: noise {about['noise']}, low-pass {_or_none(about['lowpass'])}, "
         f"mounted within {about['mounting']:g} rad (standard deviation).",
         *(
             f"- Label {n}: {low:.6g} to {high:.6g} [{runs.definition.units.get(n, '?')}]."
             for n, (low, high) in ends.items()
         ),
-        f"- Fixed: {about['fixed']}.",
+        f"- Fixed: {_or_none(about['fixed'])}.",
         f"- Made by clearance {about['version_clearance']}, numpy {about['version_numpy']}, "
         f"Python {about['version_python']}.",
         "",

@@ -607,7 +607,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert all(Path(name).is_file() for name in document["files"])
     assert main(["run", "fit", "--again"]) == 0
     assert main(["fit", *case, "-p", "clearance", "--channels", "bodies/slider/ax", "--plan"]) == 0
-    assert "bodies/slider/ax, 1 turns" in capsys.readouterr().out
+    assert "bodies/slider/ax, 1 turn\n" in capsys.readouterr().out
     for options, message in (
         ([], "--data names a record"),
         (["--data", "none.csv"], "none.csv"),

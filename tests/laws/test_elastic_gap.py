@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
+from clearance.commands.run import _joint_line
 from clearance.laws.contact import contact_modulus, layer_modulus
 from clearance.laws.elastic_gap import centred, gap_scales, mismatch, unfolded
 from clearance.laws.law import FilmJoint
@@ -325,3 +326,19 @@ def test_rigid_joints_have_nothing_of_it():
     ):
         with pytest.raises(ValueError, match=words):
             feeder(elastic="true", **options)
+
+
+def test_a_film_on_a_liner_has_its_thinnest_place():
+    """The least film of the samples between two times, also printed; its gap is nominal."""
+
+    class Liner(dict):
+        time = np.array([0.0, 1.0, 2.0])
+        values = dict.__getitem__
+
+    record = Liner({"joints/F/film_least": np.array([1e-9, 3e-8, 2e-8])})
+    state = elastic_state(record, {"name": "F", "roughness": 1e-8}, 1.0, 2.0)
+    assert state == pytest.approx({"least_elastic_film": 2e-8, "least_elastic_ratio": 2.0})
+    assert elastic_state(record, {"name": "F"}, 1.0, 1.5) == {"least_elastic_film": 3e-8}
+    printed = _joint_line({"smallest_gap": -1e-6, **state})
+    assert "smallest nominal gap -1" in printed
+    assert printed.endswith("thinnest film 0.02 um on the elastic surfaces (2 roughnesses)")

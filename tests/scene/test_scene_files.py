@@ -122,6 +122,16 @@ WRONG = [
         "joint.B.film.law: unknown law 'table_flm' (did you mean table_film?)",
     ),
     ('"oil"', '"oli"', "joint.B.lubricant: unknown lubricant 'oli' (did you mean oil?)"),
+    (
+        'oil = { viscosity = "$viscosity" }',
+        "oil = 0.04",
+        "lubricant.oil: expected a table, got 0.04",
+    ),
+    (
+        'oil = { viscosity = "$viscosity" }',
+        'oil = "ISO VG 47"',
+        "lubricant.oil: no grade 'ISO VG 47' (did you mean ISO VG 46?)",
+    ),
     ("[drive]", "[drve]", "drve: unknown section (did you mean drive?)"),
     ('"Prismatic"', '"Prism"', "joint.guide.kind: kind must be one of"),
     ("mass = 0.3140", "mass = -0.3140", "body.rocker.mass: mass must be positive"),
@@ -566,6 +576,15 @@ def test_the_text_of_a_law_does_not_replace_a_module(monkeypatch):
     document["sources"][name]["text"] += "\n# a third\n"
     cl.Scene.from_json(json.dumps(document))
     assert name not in sys.modules
+
+
+def test_the_oil_of_a_grade(tmp_path):
+    """It is that of `cl.oil`, and a parameter may name another one."""
+    text = FEEDER.replace('viscosity = "5 cP"', 'viscosity = "5 cP"\noil = "ISO-VG-46@60C"')
+    case = case_of(tmp_path, text.replace('oil = { viscosity = "$viscosity" }', 'oil = "$oil"'))
+    for given, grade, temperature in (({}, "ISO VG 46", 60), ({"oil": "SAE 30@80C"}, "SAE 30", 80)):
+        (joint,) = (j for j in case.scene(**given).joints if j.name == "B")
+        assert joint.lubricant == cl.oil(grade, temperature=temperature)
 
 
 def test_a_material_of_the_file_goes_before_one_of_the_table(tmp_path):

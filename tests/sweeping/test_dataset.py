@@ -91,6 +91,7 @@ def test_a_mounted_sensor(tmp_path):
 def test_the_card_names_what_it_is(made):
     """Synthetic, its seed, ranges, sensor and version."""
     text = made.with_name("card.md").read_text()
+    assert "null" not in text
     for part in (
         "**Synthetic**",
         "seed 3",
