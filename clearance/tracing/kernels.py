@@ -72,7 +72,8 @@ def moments(program: Callable[[], Program], text: str, width: int) -> Callable:
     """A kernel of so many moments at once: f(0, y, par, work, out), the numbers of a place side by
     side.
 
-    y: the times, then the states. Each moment has the bits of the kernel.
+    y: the times, then the states. Each moment has the bits of the kernel. With it the loop of the
+    feeder in oil takes some 0.7 of its time (radau5 and radau9).
     """
 
     def write(builder, arguments):
