@@ -10,7 +10,15 @@ from fnmatch import fnmatch
 from multiprocessing import active_children, get_context
 from pathlib import Path
 
-from clearance.commands.common import DONE, FAILED, Line, add_command, add_options, json_text
+from clearance.commands.common import (
+    DONE,
+    FAILED,
+    Line,
+    add_command,
+    add_options,
+    json_text,
+    make_folder,
+)
 from clearance.run.interrupts import end_groups, lead_group, terminable
 from clearance.values.checks import known
 
@@ -70,9 +78,8 @@ def run(options) -> int:
         return DONE
     if options.workers < 1:
         raise ValueError(f"--workers must be at least 1, got {options.workers}")
+    make_folder(options)
     folder, began = Path(options.output), time.perf_counter()
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"-o {folder} is a file; give a directory")
     gallery.read(folder)  # another kind of folder is refused before anything runs
     with locked(folder, "drawing figures there"), terminable():
         try:

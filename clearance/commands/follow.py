@@ -12,6 +12,7 @@ from clearance.commands.common import (
     case_of,
     given,
     listed,
+    make_folder,
     number,
     quiet,
     share,
@@ -92,12 +93,11 @@ def run(options) -> int:
 
 def _check(options) -> None:
     """Raises ValueError for an output or a sweep that cannot be."""
-    if options.output and Path(options.output).exists() and not Path(options.output).is_dir():
-        raise ValueError(f"-o {options.output} is a file; give the name of a folder")
     if options.over and not options.output:
         raise ValueError("--over belongs to a picture: give its folder, -o DIR")
     if options.over and not Path(options.over).is_dir():
         raise ValueError(f"--over {options.over}: there is no such sweep")
+    make_folder(options)
 
 
 def _range(case, texts: dict[str, str]) -> tuple[str, tuple[float, float], dict]:
