@@ -150,7 +150,12 @@ def companion(
             second.take_mechanism(strengthened(second.mechanism, times))
 
         second.observers.append(ChangesAgain(changes, strengthen))
-    record, failure = remember_run(second, attributes_of(run))
+    return recorded(second, rtol, attributes_of(run))
+
+
+def recorded(run: Run, rtol: float, attributes: dict | None = None) -> MemoryRecord:
+    """The record of a companion. Raises CompanionFailed where its run ends early."""
+    record, failure = remember_run(run, attributes)
     if failure is not None:
         raise CompanionFailed(f"the companion at rtol {rtol:g} failed {failure}")
     return record

@@ -20,7 +20,7 @@ from clearance.commands.common import (
     make_folder,
 )
 from clearance.run.interrupts import end_groups, lead_group, terminable
-from clearance.values.checks import known
+from clearance.values.checks import known, whole
 
 EXAMPLES = """\
   clearance figures --list                       names and titles
@@ -76,8 +76,7 @@ def run(options) -> int:
     if options.list:
         print(json_text(titles) if options.json else "\n".join(_listed(names)))
         return DONE
-    if options.workers < 1:
-        raise ValueError(f"--workers must be at least 1, got {options.workers}")
+    whole("--workers", options.workers, 1)
     make_folder(options)
     folder, began = Path(options.output), time.perf_counter()
     gallery.read(folder)  # another kind of folder is refused before anything runs

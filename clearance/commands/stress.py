@@ -11,6 +11,7 @@ from clearance.commands.common import (
     make_folder,
     publish,
 )
+from clearance.values import checks
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -34,8 +35,8 @@ def run(options) -> int:
     from clearance.paper_figures import stress
     from clearance.postprocess import study_pictures
 
-    if options.workers is not None and options.workers < 1:
-        raise ValueError(f"--workers must be at least 1, got {options.workers}")
+    if options.workers is not None:
+        checks.whole("--workers", options.workers, 1)
     make_folder(options)
     line = Line(options)
     verdicts = stress.stress(

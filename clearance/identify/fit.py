@@ -131,11 +131,7 @@ class Fit:
 
         if not self.has_law:
             raise ValueError(f"law: this {self.model.name} is no LuGre law of constant parameters")
-        if axis not in self.model.groups:
-            raise ValueError(
-                f"law: axis must be one of {', '.join(dict.fromkeys(self.model.groups))}, got "
-                f"{axis!r}"
-            )
+        checks.one_of("law: axis", axis, dict.fromkeys(self.model.groups))
         numbers = {
             n: self.values[f"{axis}_{n}"]
             for n in ("static", "kinetic", "stiffness", "damping", "viscous")

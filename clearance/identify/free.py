@@ -71,13 +71,10 @@ def bounded(scene: Scene, name: str, bounds) -> Free:
     if len(ends) != 2:
         raise ValueError(f"{name} needs two bounds, such as 0.1mm:1mm, got {bounds!r}")
     try:
-        low, high = (quantity(e, about.units) if isinstance(e, str) else e for e in ends)
+        ends = [quantity(e, about.units) if isinstance(e, str) else e for e in ends]
     except ValueError as error:
         raise ValueError(f"bounds of {name}: {error}") from None
-    low, high = checks.finite(f"low of {name}", low), checks.finite(f"high of {name}", high)
-    if low >= high:
-        raise ValueError(f"bounds of {name} must rise, got {low:g} and {high:g}")
-    return Free(name, low, high, about.units)
+    return Free(name, *checks.rising(f"bounds of {name}", ends), about.units)
 
 
 class Varying:

@@ -43,7 +43,7 @@ from clearance.scene.user_module import located, module_of
 from clearance.tracing.function import Opaque
 from clearance.tracing.interpreter import traced
 from clearance.tracing.trace import live
-from clearance.values.checks import finite, identifier, known, meant, positive
+from clearance.values.checks import finite, identifier, known, meant, positive, rising
 
 # of a parameter (of its range where it may be negative), by which it is moved for slopes
 DIFFERENCE = 1e-4
@@ -57,9 +57,7 @@ def between(low: float, high: float, units: str = "1", start: float | None = Non
         positive. Positive parameters are searched for in their logarithms.
     Raises ValueError for bounds that do not rise and a start outside.
     """
-    low, high = finite("between: low", low), finite("between: high", high)
-    if low >= high:
-        raise ValueError(f"between: bounds must rise, got {low:g} and {high:g}")
+    low, high = rising("between: bounds", (low, high))
     middle = math.sqrt(low * high) if low > 0.0 else 0.5 * (low + high)
     start = finite("between: start", middle if start is None else start)
     if not low <= start <= high:

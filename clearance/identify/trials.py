@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from clearance.values.checks import identifier
+from clearance.values.checks import identifier, one_of
 
 AXES = "xyz"
 #: roles of a trial
@@ -105,11 +105,7 @@ class Trial(Sampled):
     def __post_init__(self):
         identifier("trial name", self.name)
         for label, choices in LABELS.items():
-            if (value := getattr(self, label)) not in choices:
-                raise ValueError(
-                    f"trial {self.name!r}: {label} must be one of {', '.join(choices)}, got "
-                    f"{value!r}"
-                )
+            one_of(f"trial {self.name!r}: {label}", getattr(self, label), choices)
         measured = tuple(map(bool, self.measured))
         if len(measured) != 3 or not any(measured):
             raise ValueError(
@@ -186,11 +182,7 @@ class Series(Sampled):
 
     def __post_init__(self):
         identifier("trial name", self.name)
-        if self.role not in LABELS["role"]:
-            choices = ", ".join(LABELS["role"])
-            raise ValueError(
-                f"trial {self.name!r}: role must be one of {choices}, got {self.role!r}"
-            )
+        one_of(f"trial {self.name!r}: role", self.role, LABELS["role"])
         time = np.array(self.time, float)
         columns = {n: np.array(v, float) for n, v in self.columns.items()}
         for name, values in columns.items():

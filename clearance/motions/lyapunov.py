@@ -20,6 +20,7 @@ from clearance.accuracy.horizon import NotSolved
 from clearance.files.texts import markdown
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics.statistics import standard_error
+from clearance.motions.maps import check_state
 from clearance.results.tables import save_tables
 from clearance.run.options import Demand, Solver, Span, affordable
 from clearance.run.run import Run
@@ -175,14 +176,7 @@ def lyapunov(
             "this scene has no drive of constant speed: give interval=SECONDS in place of its turn"
         )
     mechanism = build(scene, ledger=False)
-    if mechanism.size == 0:
-        raise ValueError(
-            "this scene has no degree of freedom: its motion has no neighbours and no exponent"
-        )
-    if mechanism.layout.remembering:
-        raise ValueError(
-            "a film with a memory has more than its state to differ in: no exponent can be found"
-        )
+    check_state(mechanism, "its motion has no neighbours", "no exponent can be found")
     until = (settle + turns) * turn
     affordable(Demand(settle + turns, 3.0 * STOPS * (settle + turns)))
     motion = _Motion(mechanism, until, rtol)

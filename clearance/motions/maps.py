@@ -88,7 +88,8 @@ class Motion:
     ):
         self.mechanism = mechanism or build(scene, ledger=False)
         self.scene, self.rtol, self.spent, self.max_steps = scene, rtol, 0.0, max_steps
-        _check(self.mechanism)
+        still = "it repeats itself with its drives, and nothing is solved for"
+        check_state(self.mechanism, still, "no periodic motion can be solved for")
         self.turn = turn or scene.turn
         if self.turn is None:
             raise ValueError(
@@ -282,19 +283,12 @@ class Motion:
         return float((-inside[::SPOT_VALUES] / reach)[mine].min())
 
 
-def _check(mechanism: Mechanism) -> None:
-    """Raises ValueError for scenes whose state is not complete, or has nothing in it."""
+def check_state(mechanism: Mechanism, still: str, reason: str) -> None:
+    """Raises ValueError for scenes whose state has nothing in it, `still`, or is not complete."""
     if mechanism.size == 0:
-        raise ValueError(
-            "this scene has no degree of freedom: it repeats itself with its drives, and nothing "
-            "is solved for"
-        )
-    if mechanism.layout.remembering:
-        names = ", ".join(mechanism.layout.remembering)
-        raise ValueError(
-            f"{names}: a film with a memory has more than its state: no periodic motion can be "
-            "solved for"
-        )
+        raise ValueError(f"this scene has no degree of freedom: {still}")
+    if films := ", ".join(mechanism.layout.remembering):
+        raise ValueError(f"{films}: a film with a memory has more than its state: {reason}")
 
 
 def _turns_made(mechanism: Mechanism, period: float) -> np.ndarray:

@@ -23,6 +23,7 @@ from clearance.accuracy.companion import (
     CompanionFailed,
     Pair,
     film_factor,
+    recorded,
     strengthened,
     tables,
 )
@@ -31,7 +32,6 @@ from clearance.motions.maps import Motion, NotPeriodic, Section
 from clearance.motions.shooting import Fixed
 from clearance.results.record import Record
 from clearance.results.recorder import MemoryRecord
-from clearance.run.recording import remember_run
 from clearance.run.run import Run
 
 #: the run over one period of a motion, from its section and its fixed point
@@ -63,10 +63,7 @@ def _orbit(
     except (NotPeriodic, NotSolved, np.linalg.LinAlgError) as reason:
         raise CompanionFailed(f"the companion at rtol {rtol:g} failed: {reason}") from None
     run.take_mechanism(strengthened(run.mechanism, times))
-    record, failure = remember_run(run)
-    if failure is not None:
-        raise CompanionFailed(f"the companion at rtol {rtol:g} failed {failure}")
-    return record
+    return recorded(run, rtol)
 
 
 def _again(section: Section, rtol: float, times: float) -> Section:

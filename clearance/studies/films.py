@@ -16,6 +16,7 @@ from clearance.results.record import PressureFields
 from clearance.results.result import Result
 from clearance.results.tables import save_tables
 from clearance.run.pressure_fields import bearing_of, motion, viscosities
+from clearance.values import checks
 
 
 @dataclass(frozen=True)
@@ -67,8 +68,7 @@ def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=Non
     for a count below 1. A film with a memory, which no file stores, raises it, too.
     """
     scene, name = result.scene, joint_with_film(result, joint)
-    if count < 1:
-        raise ValueError(f"count must be at least 1, got {count!r}")
+    checks.whole("count", count, 1)
     entry = next(j for j in scene["joints"] if j["name"] == name)
     if entry["film"]["law"].endswith(":conserving"):
         raise ValueError(

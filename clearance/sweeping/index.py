@@ -274,15 +274,13 @@ def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | N
                 for n in names
             }
             numbers = [*costs.values(), *metrics.values()]
-            if any(
-                v.shape != (len(definition.points),) or v.dtype.kind not in "iuf" for v in numbers
+            count = (len(definition.points),)
+            for kind, dtypes, columns in (
+                ("number", "iuf", numbers),
+                ("text", "U", (status, reason)),
             ):
-                raise Damaged(f"{path}: its columns do not have a number for each point")
-            if any(
-                v.shape != (len(definition.points),) or v.dtype.kind != "U"
-                for v in (status, reason)
-            ):
-                raise Damaged(f"{path}: its columns do not have a text for each point")
+                if any(v.shape != count or v.dtype.kind not in dtypes for v in columns):
+                    raise Damaged(f"{path}: its columns do not have a {kind} for each point")
     except NewerFormat:
         raise
     except (OSError, ValueError) as error:

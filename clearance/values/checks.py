@@ -119,6 +119,14 @@ def whole(field: str, value: object, least: int = 0, most: int | None = None) ->
     return int(value)
 
 
+def rising(field: str, ends: Iterable[object]) -> tuple[float, float]:
+    """Two finite ends, the lower one first. Raises ValueError for others."""
+    low, high = (finite(field, end) for end in ends)
+    if low >= high:
+        raise ValueError(f"{field} must rise, got {low:g} and {high:g}")
+    return low, high
+
+
 def one_of(field: str, value: str, names: Collection[str]) -> str:
     """The value, one of some names. Raises ValueError naming the closest of them."""
     if value not in names:

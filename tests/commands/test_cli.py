@@ -112,7 +112,7 @@ def test_bad_input_is_one_clear_line(arguments, line, tmp_path, typed):
         ),
         ("work-precision double_pendulum --physics", "has no parameter model"),
         ("stress nosuch", "the stress matrix has six_bar_feeder"),
-        ("stress --workers -1", "--workers must be at least 1, got -1"),
+        ("stress --workers -1", "--workers must be a whole number of at least 1, got -1"),
         ("explain four_bar -p speed=fast --cost", "'fast' is not a number"),
     ],
 )

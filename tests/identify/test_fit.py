@@ -541,7 +541,7 @@ def test_the_law_in_a_hinge_makes_the_models_torque(name):
     assert abs(torque).max() > 1.0
     assert np.abs(torque - wanted)[10:].max() < 1e-3 * abs(torque).max()
     assert fitted.law("tilt").parameters["stribeck_rate"] == fitted.values["tilt_stribeck_speed"]
-    with pytest.raises(ValueError, match="axis must be one of tilt, spin, got 'x'"):
+    with pytest.raises(ValueError, match="axis must be one of tilt, spin; got 'x'"):
         fitted.law("x")
 
 

@@ -169,7 +169,9 @@ def test_a_process_that_dies_takes_no_other_cell_with_it(monkeypatch):
 
 def test_bad_workers(typed):
     """No workers are refused."""
-    assert "--workers must be at least 1, got 0" in typed.line("stress --workers 0")
+    assert "--workers must be a whole number of at least 1, got 0" in typed.line(
+        "stress --workers 0"
+    )
 
 
 def test_picture_and_table_of_named_stops(tmp_path):
