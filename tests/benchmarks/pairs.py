@@ -73,8 +73,8 @@ with suppress(AttributeError):  # as after many steps: kernels of several moment
 def another():  # of a structure that the process knows, at another position
     return cl.load_case(case, clearance=(1.0 + 0.01 * count) * 1e-4, **values)
 
-def loop():
-    return float(cl.simulate(scene(), **quick, **span).solver["wall_s"])
+def loop():  # by CPU: a run to its end, without its record
+    return timed(prepare(scene(), **span).go)
 
 def whole():  # a call without samples, of a scene that the process knows
     return timed(lambda: cl.simulate(same, **quick, **span, rtol=1e-3, samples=2))
