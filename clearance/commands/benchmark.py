@@ -18,7 +18,10 @@ def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "benchmark", epilog="Their statements are in docs/benchmark.")
     p.add_argument(
-        "names", metavar="NAME", nargs="*", help="problems to run, or their numbers (default: all)"
+        "names",
+        metavar="NAME",
+        nargs="*",
+        help="problems to run, or their numbers (default: list all)",
     )
     options = {
         "--list": "list the problems",

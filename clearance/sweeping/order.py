@@ -13,6 +13,7 @@ from clearance.sweeping.points import Points
 
 FIRST = 8  # finished runs needed for a first guess
 MOST = 2048  # finished points that a guess looks at
+PAIRS = 1_000_000  # of points that are compared at a time
 
 
 class Queue:
@@ -45,11 +46,13 @@ class Queue:
             self._sort()
 
     def _sort(self) -> None:
-        from scipy.spatial import KDTree  # what few sweeps come to
-
+        # by hand: the import of a tree of neighbours takes as long as many runs
         done, rest = np.array(list(self.wall)[-MOST:]), np.array(self.waiting)
-        _, nearest = KDTree(self.place[done]).query(self.place[rest])
-        guess = np.array([self.wall[i] for i in done])[nearest]
+        cost, guess = np.array([self.wall[i] for i in done]), np.empty(len(rest))
+        pairs = len(rest) * len(done)
+        for part in np.array_split(np.arange(len(rest)), max(pairs // PAIRS, 1)):
+            apart = self.place[rest[part], None] - self.place[done]
+            guess[part] = cost[(apart**2).sum(axis=2).argmin(axis=1)]
         self.waiting = deque(rest[np.argsort(-guess, kind="stable")].tolist())
 
 
