@@ -34,6 +34,7 @@ from clearance.laws.film import REST
 #: h^(1/3); where the splines of the thickness and the rigid film begin
 HEAD = 7
 SMALLEST, LARGEST = 0.2, 1.05 ** (1.0 / 3.0)  # h^(1/3) of the table's first and last nodes
+LAST = 0.05  # ln h, not below that of the last node
 ROUND = 0.3  # of the corner of g at the wall
 CLOSE = -5.5  # ln h below which films at the wall are alike
 MIDDLE = 0.1  # eccentricity ratio below which the wedge counts less
@@ -117,7 +118,9 @@ def place(eps, third):
 
 
 def across(log_h, log_g):
-    """x of the table."""
+    """x of the table. Beyond its last h, ln h slows down, to 0.55 at most: x has a pole at 0.73."""
+    beyond = max(log_h - LAST, 0.0)
+    log_h += beyond / (1.0 + 2.0 * beyond) - beyond
     apart = log_h - CLOSE
     z = 0.5 * (log_h + CLOSE + math.sqrt(apart * apart + 1.0))
     return (log_h - log_g - z) / (1.35 - 1.85 * z)

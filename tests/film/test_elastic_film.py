@@ -62,6 +62,16 @@ def dry(eps: float) -> float:
 class TestLimits:
     """Of any table."""
 
+    def test_fast_approaches(self, tiny):
+        """An approach with C_s to 120, beyond the table, pushes and has no jump (a second
+        difference of 1e-2 of the largest force, over steps of 0.01 of C_s / 12).
+        """
+        rates = np.linspace(0.0, 10.0, 1001)
+        for eps in np.random.default_rng(2).uniform(0.0, 1.3, 20):
+            force = np.array([value(tiny, eps, rate, 0.01 * eps)[0] for rate in rates])
+            assert force.max() <= 1e-9
+            assert np.abs(np.diff(force, 2)).max() < 1e-2 * np.abs(force).max()
+
     @pytest.mark.parametrize("seed", few_of(range(6), 2))
     def test_never_below_contact(self, tiny, seed):
         """300 states, all of them closing or turning: the load is that of dry contact at least,
