@@ -47,7 +47,7 @@ class ClearanceRevolute(ClearanceJoint):
     contact, friction, film, asperity: bound laws, or None for what the joint does not have;
     lubricant: the film's oil.
     transition: how film and contact share the joint, needed where it has both; asperities are part
-        of it.
+        of it. Beside a film on a layer, `elastic_film`, they press the layer instead.
     elastic: film on elastic surfaces, or None for surfaces that the film does not deform. The
         transition then goes by that film, see `line_contact`, which True stands for.
     film_torques: whether the film drags on both bodies. Leave it on: without it the film's force
@@ -142,7 +142,7 @@ class ClearanceRevolute(ClearanceJoint):
         """Raise ValueError where one law needs another."""
         if self.contact is None and self.film is None:
             raise ValueError(f"{label}: a clearance joint needs a contact law, a film, or both")
-        if self.friction is not None and self.contact is None:
+        if self.friction is not None and self.contact is None and not self.rough_layer:
             raise ValueError(f"{label}: friction needs a contact law to give the normal force")
         if self.film is not None:
             self._check_oil("length", "the bearing length")
@@ -170,10 +170,20 @@ class ClearanceRevolute(ClearanceJoint):
             self._check_wear(label)
         if self.transition is not None:
             self._check_beside(label, "transition", " law", "film", "contact")
-        if self.asperity is not None:
+        if self.rough_layer:
+            self._check_rough_layer(label)
+        elif self.asperity is not None:
             self._check_beside(label, "asperity", "", "transition", "roughness")
         if self.elastic is not None:
             self._check_elastic(label)
+
+    def _check_rough_layer(self, label: str) -> None:
+        """Raise ValueError where summits cannot press a layer back."""
+        self._check_beside(label, "asperity", "", "roughness")
+        if self.asperity.law.pressure is None:
+            have = "greenwood_tripp and greenwood_williamson have one"
+            name = self.asperity.law.name
+            raise ValueError(f"{label}: asperity {name} has no pressure at a gap; {have}")
 
     def _line_contact(self) -> BoundLaw:
         from clearance.laws.line_contact import line_contact
@@ -281,6 +291,12 @@ class ClearanceRevolute(ClearanceJoint):
         return self.wear_journal is not None or any(self.outline.parameters["journal"])
 
     @property
+    def rough_layer(self) -> bool:
+        """True where summits press back the layer that a film stands on."""
+        through = self.film is not None and self.film.law.through_wall
+        return through and self.asperity is not None
+
+    @property
     def ends_at_wall(self) -> bool:
         """True where nothing carries a journal beyond the clearance."""
         return self.contact is None and not self.film.law.through_wall
@@ -330,6 +346,8 @@ class ClearanceRevolute(ClearanceJoint):
             journal.film(shares)
         if self.contact is not None:
             journal.contact(shares)
+        if self.rough_layer:
+            journal.summits()
         journal.hand_over()
 
     def _journal(self) -> type[Journal]:

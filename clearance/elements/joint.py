@@ -65,6 +65,7 @@ class Joint(Element):
     roughness = None
     transition = asperity = elastic = heat = None
     outline = wear = wear_journal = None
+    rough_layer = False  # whether summits press back the layer that its film stands on
     arms: tuple[str, ...] = ()
 
     def __post_init__(self):

@@ -12,6 +12,7 @@ from clearance.laws.film import (
     wet_film_torques,
 )
 from clearance.laws.law import FilmJoint, memory_film
+from clearance.laws.rough_layer import load_of
 
 #: smallest distance, relative to the clearance, that still has a direction of its own
 CENTRE = 1e-9
@@ -57,6 +58,7 @@ class Journal:
         self.depth = None  # penetration whose zero is the contact's start and end: past the gap's
         self.film_force = 0.0, 0.0
         self.column = None  # gap in the middle of a film on yielding surfaces
+        self.behind = self.distance / self.clearance  # eccentricity ratio of that film
         if joint.roughness is not None:
             self.thickness_ratio = self.gap / self.number("roughness")
             text = "nominal minimum film thickness over composite roughness"
@@ -164,7 +166,8 @@ class Journal:
         if share.elastic is not None:
             pressure = self._flattened(pressure)
         if self.column is not None:  # what it yields by, over its compliance
-            pressure = (self.column - self.gap) / self.number("film/liner")
+            gap = (1.0 - self.behind) * clearance
+            pressure = (self.column - gap) / self.number("film/liner")
         text = "film force on the journal {} the line of centres"
         for name, way, value in zip(
             ("radial", "tangential"), ("along", "across"), self.film_force, strict=True
@@ -226,6 +229,9 @@ class Journal:
         if joint.film.law.family is memory_film:
             return eccentricity, *self._with_memory(eccentricity, closing, turning)
         state = [eccentricity, closing, self.spins[0] + self.spins[1] - 2.0 * turning]
+        if joint.rough_layer:
+            state[:2], self.layer = m.film_behind(joint, state, facts)
+            self.behind = state[0]
         forces = m.law(joint, "film", state, facts)
         self._show_data(state)
         return eccentricity, *forces
@@ -291,7 +297,21 @@ class Journal:
             if share.elastic is not None:
                 (normal,) = m.function(beyond, [normal, load])
         self.show("contact_force", "N", "normal contact force", normal)
-        normal = normal + load
+        self._touch(normal + load)
+
+    def summits(self) -> None:
+        """Load and friction of summits on a layer, beside a film on the same."""
+        m, joint = self.m, self.joint
+        function = load_of(joint.asperity.law.pressure[0])
+        state = [self.column, self.distance / self.clearance]
+        shape = ("number", "number", FilmJoint, *["number"] * 3)
+        (load,) = m.function(function, [*state, *self.facts, *self.layer], shape)
+        self.show("asperity_force", "N", "load of the asperities", load)
+        self._touch(load)
+
+    def _touch(self, normal) -> None:
+        """The normal load of solids, and friction."""
+        joint = self.joint
         if joint.film is not None:
             text = "share of asperities and contact in the load of film, asperities and contact"
             self.show("asperity_share", "1", text, normal / (normal + self._film_load()))

@@ -55,8 +55,8 @@ class Regime:
         warnings, pressure = [], f"film pressure reaches about {self.film_pressure / 1e6:.3g} MPa"
         ratio = self.film_thickness_ratio
         law = joint.transition and joint.transition.law
-        rough = law is not None and law.carries_roughness
         through = joint.film.law.through_wall
+        rough = joint.rough_layer or law is not None and law.carries_roughness
         if ratio is not None and ratio < FULL_FILM and not rough:
             rigid = "without deflection " if through else ""
             warnings.append(
@@ -64,7 +64,7 @@ class Regime:
                 f"asperities share the load and a "
                 "smooth film alone is only formal"
             )
-        if rough and law.needs_asperity and joint.asperity is None and ratio < TOUCHING:
+        if rough and law and law.needs_asperity and joint.asperity is None and ratio < TOUCHING:
             warnings.append(
                 f"the film thickness ratio falls to {ratio:.2g}; below {TOUCHING:g} asperities "
                 f"carry a large share, which {law.name} has from an asperity law alone: give one, "

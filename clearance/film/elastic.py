@@ -76,7 +76,7 @@ _elastic.__module__ = __name__  # where files look for it
 def _layered(joint, parameters):
     """Contact is part of the film; half-spaces flatten elsewhere too."""
     if joint.contact:
-        return "carries contact itself: leave contact and transition out"
+        return "carries contact itself: leave contact and transition out, and asperity in"
     beta = parameters["pressure_viscosity"] * joint.clearance / parameters["liner"]
     if beta > HARD:
         return (

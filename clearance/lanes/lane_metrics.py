@@ -662,9 +662,9 @@ class LaneMetrics:
         counts = (thickening > PIEZOVISCOUS).astype(int) + (flattening > FLATTENING)
         counts *= joint.elastic is None and not through
         counts += through & (thickening > THICKEST)
-        if not (law and law.carries_roughness):
+        if not (joint.rough_layer or law and law.carries_roughness):
             counts += ratio < FULL_FILM
-        elif law.needs_asperity and joint.asperity is None:
+        elif law and law.needs_asperity and joint.asperity is None:
             counts += ratio < TOUCHING
         return counts
 

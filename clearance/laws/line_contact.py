@@ -109,6 +109,6 @@ def _half_spaces(joint, parameters):
     if joint.layer is None:
         return None
     return (
-        "takes half-spaces, and a layer deflects as columns: take the film elastic, without "
-        "contact and transition, or leave the layer out"
+        "takes half-spaces, and a layer deflects as columns: take the film elastic with asperity "
+        "beside it, without contact and transition, or leave the layer out"
     )

@@ -126,6 +126,22 @@ class Motion:
         number = partial(self.number, element)
         return film_of(self.trace, number, element.contact.law, state, facts)
 
+    def film_behind(self, element, state: list, facts: list) -> tuple[list, list]:
+        """Of a film on a layer with summits, see mechanism/rough_layer.py: its eccentricity ratio
+        and the rate of that; liner, factor and height of the summits.
+        """
+        from clearance.mechanism.rough_layer import factor_of, film_behind
+
+        film, asperity = element.film.law, element.asperity.law
+        of_film, of_summits = (
+            [self.number(element, f"{slot}/{n}") for n in law.parameters]
+            for slot, law in (("film", film), ("asperity", asperity))
+        )
+        summits = factor_of(self.trace, asperity, of_summits)
+        function = film_behind(film, asperity.pressure[0])
+        behind = self.trace.call(function, [*state, *facts, *summits, *of_film])
+        return behind, [self.number(element, "film/liner"), *summits]
+
     # --- states
     def state(self, element, name: str) -> Jet:
         """A state of an element; of a joint that would over-constrain the mechanism it is

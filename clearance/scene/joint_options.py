@@ -429,8 +429,8 @@ class JointOptions:
     thresholds: film thickness ratios dry,mixed,full of the fuzzy states; auto: 0.4,1,3 or those of
         the file [-]
     memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
-    asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none
-        elsewhere [-]
+    asperity: of load_sharing, and beside the film elastic: greenwood_tripp, greenwood_williamson,
+        none; auto: the first, none elsewhere [-]
     elastic: of fuzzy and load_sharing: true where the film is that between elastic surfaces [-]
     wear: coefficient of wear of the bearings, Archard's; 0: none; needs the contact winkler, and
         in mixed joints the film short or conserving [m2/N]
@@ -522,7 +522,10 @@ class JointOptions:
             film = film_of(self.film, self.ambient, self.flow_factors, self.mesh, self.drag)
             slots |= {"film": film, "lubricant": self._lubricant()}
             slots["film_torques"] = bool(self.film_torques)
-        if self.model == "mixed":
+        if self.model == "mixed" and film.law.through_wall:
+            del slots["contact"]  # which is part of the film
+            slots["asperity"] = asperity_of(self.asperity, "load_sharing", pair)
+        elif self.model == "mixed":
             shared = transition_of(self.transition, self.thresholds, self.memberships)
             slots["transition"] = shared
             slots["asperity"] = asperity_of(self.asperity, self.transition, pair)
@@ -657,8 +660,12 @@ def idle(values: Mapping[str, object], joints: Collection[Joint]) -> dict[str, s
     if values["model"] == "ideal":
         return dict.fromkeys(options - {"model"}, "model = ideal")
     reasons = {"viscosity": f"oil = {values['oil']}"} if values["oil"] != NONE else {}
+    rough = any(j.rough_layer for j in joints)
     if not any(j.contact for j in joints if j.soft):
-        reasons |= dict.fromkeys(OF_SOLIDS, f"model = {values['model']}")
+        unread = OF_SOLIDS - {"friction", "friction_coefficient"} if rough else OF_SOLIDS
+        reasons |= dict.fromkeys(unread, f"model = {values['model']}")
+    if rough:
+        reasons |= dict.fromkeys(OF_TRANSITIONS - {"asperity"}, f"film = {values['film']}")
     for (option, value), names in IDLE_WITH.items():
         if values[option] == value:
             reasons |= dict.fromkeys(names, f"{option} = {value}")
@@ -670,7 +677,9 @@ RESOLVED: dict[str, Callable[[Joint], object]] = {
     "viscosity": lambda joint: getattr(joint, "viscosity", None),
     "contact": lambda joint: joint.contact and joint.contact.law.name,
     "thresholds": lambda joint: _thresholds(joint.transition),
-    "asperity": lambda joint: joint.transition and _name(getattr(joint, "asperity", None)),
+    "asperity": lambda joint: (
+        (joint.transition or joint.rough_layer) and _name(getattr(joint, "asperity", None))
+    ),
 }
 
 
