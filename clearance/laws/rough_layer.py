@@ -10,8 +10,8 @@ are one. With the sine s(H) of the place with the gap H,
     F_a = c R L / kappa int P_a cos(phi) dphi = 2 c R L / kappa int_h^inf s(H) (-dP_a / dH) dH
 
 K F_n is the pressure of an asperity law, z its summit height. Moments of half orders follow from
-their neighbours, F_(5/2) = k (F_2 F_3)^(1/2), k within 6e-4. Valid for summits up to 20 times as
-stiff as the layer, kappa K / s < 20.
+their neighbours, F_(5/2) = k (F_2 F_3)^(1/2), k within 6e-4. Valid for summits up to ten times as
+stiff as the layer, kappa K / s < 10.
 Source: ours, by comparison with the film with memory on such a layer (film/summits.py).
 """
 

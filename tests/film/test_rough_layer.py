@@ -117,7 +117,7 @@ def test_slopes(tiny):
 @pytest.mark.parametrize(("slenderness", "seed"), [(1.0, 0), (0.5, 1), (2.0, 2)])
 def test_truth(slenderness, seed):
     """Random states whose summits carry 3 to 97 %, on the film with memory: load and share
-    within 3.5e-2 in nine of ten, 5e-2 in all. Summits are up to 20 times as stiff as the layer.
+    within 3.5e-2 in nine of ten, 5e-2 in all. Summits are up to ten times as stiff as the layer.
     """
     rng, key = np.random.default_rng(seed), replace(TINY, slenderness=slenderness)
     films, off = Films(key), []
@@ -127,7 +127,7 @@ def test_truth(slenderness, seed):
     while len(off) < 20:
         wedge = 10.0 ** rng.uniform(-5.0, -2.5)
         rough = rng.uniform(0.15, 1.3) * wedge**0.4
-        factor = min(10.0 ** rng.uniform(-3.0, -0.4), 20.0 * rough)
+        factor = min(10.0 ** rng.uniform(-3.0, -0.4), 10.0 * rough)
         eps = rng.uniform(0.9, 1.25)
         pressure = factor * bearing.clearance / films.liner
         unit = law.pressure[1](**law(modulus=1.0).values)
