@@ -7,6 +7,7 @@ gives the same bytes with the same version on the same kind of processor.
 """
 
 import json
+import shlex
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
@@ -69,7 +70,8 @@ def dataset(
     mounting = quantity(mounting, "rad") if isinstance(mounting, str) else mounting
     checks.non_negative("mounting", mounting)
     partners = [crossed(n)[0] for n in names] if mounting else []
-    drawn = sampled(points, seed=seed, **(dict(ranges) if ranges else usual(case, fixed or {})))
+    ranges = dict(ranges) if ranges else usual(case, fixed or {})
+    drawn = sampled(points, seed=seed, **ranges)
     runs = sweep(
         case,
         drawn,
@@ -94,7 +96,23 @@ def dataset(
         "mounting": mounting,
         "fixed": json.dumps(dict(fixed or {}), default=str),
     }
+    about["command"] = command(about | {"points": points}, ranges, fixed or {}, lowpass)
     return _written(Path(folder), runs, names, about, noise, lowpass)
+
+
+def command(about: Mapping, ranges: Mapping, fixed: Mapping, lowpass) -> str:
+    """The command that makes the same records."""
+    words, parameters = ["clearance", "dataset", about["case"]], find_case(about["case"]).parameters
+    for name, (low, high, *log) in ranges.items():
+        ends = (parameters[name].value(str(end)) for end in (low, high))
+        words += ["-p", f"{name}={':'.join(map(str, [*ends, *log]))}"]
+    for name, value in fixed.items():
+        words += ["-p", f"{name}={value}"]
+    words += ["--channels", ",".join(json.loads(about["channels"]))]
+    for option in ["points", "seed", "turns", "settle", "samples_per_turn", "noise", "mounting"]:
+        words += [f"--{option.replace('_', '-')}", str(about[option])]
+    words += ["--lowpass", "{}:{}".format(*lowpass)] if lowpass else []
+    return shlex.join(words)
 
 
 def column_of(channel: str) -> str:
@@ -191,6 +209,7 @@ def card(runs: Sweep, names, units: Mapping[str, str], about: Mapping[str, objec
             for n, (low, high) in ends.items()
         ),
         f"- Fixed: {_or_none(about['fixed'])}.",
+        f"- The same again: `{about['command']}`.",
         f"- Made by clearance {about['version_clearance']}, numpy {about['version_numpy']}, "
         f"Python {about['version_python']}.",
         "",

@@ -1,6 +1,7 @@
 """Labelled records: the same from the same seed, the noise as stated, a card, a baseline."""
 
 import json
+import shlex
 
 import h5py
 import numpy as np
@@ -157,6 +158,20 @@ def test_the_command_prints_its_files(tmp_path, capsys):
     assert h5py.is_hdf5(document["records"])
     assert main([*call, "-p", "clearanc=1:2"]) == 2
     assert "did you mean clearance" in capsys.readouterr().err
+
+
+def test_the_command_on_the_card_makes_the_same_bytes(tmp_path):
+    """Whatever was given in Python; texts in units too."""
+    options = {"fixed": {"model": "lubricated", "film": "short"}, "lowpass": (2, 300.0)}
+    options |= {"ranges": {"clearance": (2e-4, 4e-4, "log"), "speed": ("90rpm", "200rpm")}}
+    options |= {"points": 2, "seed": 5, "turns": 1, "settle": 1, "samples_per_turn": 90}
+    options |= {"noise": "2%", "mounting": "3deg", "workers": 1}
+    channels = ["bodies/rod/ax", "bodies/rod/ay"]
+    path = cl.dataset("slider_crank", tmp_path / "a", channels, **options)
+    (line,) = (x for x in path.with_name("card.md").read_text().splitlines() if "again" in x)
+    words = shlex.split(line.partition("`")[2].rstrip("`."))
+    assert main([*words[1:], "-o", str(tmp_path / "b"), "--quiet"]) == 0
+    assert (tmp_path / "b/records.h5").read_bytes() == path.read_bytes()
 
 
 def test_wear_is_a_label(tmp_path):
