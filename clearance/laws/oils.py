@@ -15,6 +15,7 @@ Wooster's alpha and values to compare with: Stachowiak and Batchelor, Engineerin
 """
 
 import math
+import re
 
 from clearance.laws.materials import HeatBalance, Lubricant
 from clearance.values import checks
@@ -22,6 +23,7 @@ from clearance.values import checks
 THINNEST, SLOPE, ZERO, WARM = 1.8e-4, 159.56, -95.0, 40.0  # [Pa s, K, C, C] of the law
 COLDEST, HOTTEST = -10.0, 150.0
 DENSITY, EXPANSION, CELSIUS = 870.0, 7.4e-4, 273.15
+TEMPERATURE = re.compile(r"\s*([-+]?\d+\.?\d*)\s*(?:(?:deg\s*|°)?([CcKk]))?\s*")
 #: kinematic viscosity at 40 C [mm2/s]
 ISO_VG = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460)
 #: least and largest kinematic viscosity at 100 C [mm2/s]
@@ -67,8 +69,18 @@ def coefficient(viscosity: float) -> float:
     return max(0.6 + 0.965 * math.log10(1e3 * viscosity), 0.0) * 1e-8
 
 
-def oil(name: str, *, temperature: float = 40.0) -> Lubricant:
-    """The oil of a grade, such as "ISO VG 46" or "SAE 30", at a temperature [C].
+def celsius(text: str) -> float:
+    """Degrees Celsius of a text such as 60, 60C, "60 degC" or 333K. Raises ValueError."""
+    match = TEMPERATURE.fullmatch(text)
+    if match is None:
+        raise ValueError(f"oil: a temperature is a number of C or K, as 60C; got {text!r}")
+    number, unit = float(match[1]), match[2] or "C"
+    return number - (CELSIUS if unit in "kK" else 0.0)
+
+
+def oil(name: str, *, temperature: float | str = 40.0) -> Lubricant:
+    """The oil of a grade, such as "ISO VG 46" or "SAE 30", at a temperature [C], which may be
+    a text such as "60 degC" or "333K".
 
     Raises ValueError for an unknown grade, and outside -10 to 150 C.
 
@@ -78,6 +90,8 @@ def oil(name: str, *, temperature: float = 40.0) -> Lubricant:
         0.017
     """
     warm = _warm(name)
+    if isinstance(temperature, str):
+        temperature = celsius(temperature)
     if not COLDEST <= checks.finite("oil: temperature", temperature) <= HOTTEST:
         between = f"must lie in [{COLDEST:g}, {HOTTEST:g}] degrees Celsius"
         raise ValueError(f"oil: temperature {between}, got {temperature!r}")
@@ -90,12 +104,7 @@ def oil_named(text: str) -> Lubricant:
     name, apart, at = (part.strip() for part in str(text).partition("@"))
     if not apart:
         return oil(name, temperature=100.0 if name.upper().startswith("SAE") else WARM)
-    try:
-        temperature = float(at.rstrip("CK°"))
-    except ValueError:
-        form = "must be a grade and a temperature, as ISO-VG-46@60C"
-        raise ValueError(f"oil {form}; got {text!r}") from None
-    return oil(name, temperature=temperature - (CELSIUS if at.endswith("K") else 0.0))
+    return oil(name, temperature=at)
 
 
 def oil_heat(name: str, *, temperature: float, **balance) -> HeatBalance:

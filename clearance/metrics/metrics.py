@@ -400,7 +400,8 @@ def _gap(seen: Reductions, joint: dict) -> Numbers:
     if roughness is not None:
         least, text = gap / roughness, f"smallest gap over roughness of joint {name}"
         yield f"joint_{name}_film_thickness_ratio_min", least, "1", text, time
-    if (path := f"joints/{name}/elastic_film") in seen:
+    paths = (f"joints/{name}/{film}" for film in ("elastic_film", "film_least"))
+    for path in (path for path in paths if path in seen):
         thinnest, text = seen.extreme(f"{path}_min"), f"thinnest film of joint {name}, elastic"
         yield f"joint_{name}_elastic_film_min", thinnest.value, "m", text, thinnest.time
 

@@ -55,7 +55,8 @@ def elastic_state(
     if not inside.any():
         return {}
     if (on_liner := f"{group}/film_least") in record:
-        least, roughness = float(record.values(on_liner)[inside].min()), joint.get("roughness")
+        least = record.extreme(f"{on_liner}_min", begin, end).value
+        roughness = joint.get("roughness")
         ratio = {"least_elastic_ratio": least / roughness} if roughness else {}
         return {"least_elastic_film": least} | ratio
     if not joint.get("elastic") or not all(p in record for p in paths):

@@ -32,6 +32,7 @@ JOINT_EXTREMES = {"force_max": "peak_force", "gap_min": "smallest_gap"}
 FOLLOWED = {
     "gap": LOW,
     "elastic_film": LOW,
+    "film_least": LOW,
     "film_pressure": HIGH,
     "friction": BOTH,
     "torque": BOTH,

@@ -65,8 +65,9 @@ def test_names():
     wanted = cl.oil("ISO VG 46", temperature=60.0)
     for name in ("iso-vg-46", "ISO_VG 46", "VG46", "vg 46"):
         assert cl.oil(name, temperature=60) == wanted
-    for text in ("ISO-VG-46@60C", "VG46 @ 60", "ISO VG 46@333.15K"):
+    for text in ("ISO-VG-46@60C", "VG46 @ 60", "ISO VG 46@333.15K", "vg46@60 degC"):
         assert oils.oil_named(text).viscosity == pytest.approx(wanted.viscosity, rel=1e-12)
+    assert cl.oil("ISO VG 46", temperature="60 °C") == wanted
     assert oils.oil_named("SAE-30") == cl.oil("SAE 30", temperature=100.0)
 
 
@@ -76,7 +77,8 @@ def test_names():
         ("ISO-VG-47@60C", "no grade 'ISO-VG-47'"),
         ("SAE 10W-40", "no grade"),
         ("ISO-VG-46@600C", r"must lie in \[-10, 150\]"),
-        ("ISO-VG-46@hot", "as ISO-VG-46@60C"),
+        ("ISO-VG-46@hot", "as 60C; got 'hot'"),
+        ("ISO-VG-46@", "as 60C; got ''"),
         ("@60C", "no grade ''"),
     ],
 )
