@@ -105,17 +105,18 @@ class TestFlash:
         largest = max(rise(x) for x in np.linspace(0.0, 1.2, 61))
         assert largest / (0.5 * math.pi) * math.sqrt(2.0) == pytest.approx(module.BLOK, abs=5e-3)
 
-    def test_a_dry_joint(self):
+    @pytest.mark.parametrize("speed", [290, 310])
+    def test_a_dry_joint(self, speed):
         """Hertz's contact loses nothing, so the joint takes out what friction does: mu N v over the
-        samples, within a quarter, for samples miss impacts and the law's slip is not the hinge's.
+        samples, ten in an impact. Within 15 % (measured 6), for the law's slip is not the hinge's.
         """
         dry = {"friction": "coulomb", "friction_coefficient": 0.1, "contact": "hertz"}
-        scene = cl.load_case("slider_crank", model="dry", speed=cl.rpm(300), **dry)
-        run = cl.simulate(scene, turns=4)
+        scene = cl.load_case("slider_crank", model="dry", speed=cl.rpm(speed), **dry)
+        run = cl.simulate(scene, turns=4, samples_per_turn=4000)
         actual = {a.kind: a for a in cl.assumptions(run) if a.part == "C"}
         lost = np.interp([run.turn, run.time[-1]], run.time, run.values("joints/C/dissipated"))
         power = (lost[1] - lost[0]) / (run.time[-1] - run.turn)
-        assert actual["bulk"].value * module.WARM == pytest.approx(power, rel=0.25)
+        assert actual["bulk"].value * module.WARM == pytest.approx(power, rel=0.15)
         assert 0.0 < actual["flash"].value < 100.0
 
 
