@@ -15,7 +15,6 @@ Wooster's alpha and values to compare with: Stachowiak and Batchelor, Engineerin
 """
 
 import math
-import re
 
 from clearance.laws.materials import HeatBalance, Lubricant
 from clearance.values import checks
@@ -23,7 +22,6 @@ from clearance.values import checks
 THINNEST, SLOPE, ZERO, WARM = 1.8e-4, 159.56, -95.0, 40.0  # [Pa s, K, C, C] of the law
 COLDEST, HOTTEST = -10.0, 150.0
 DENSITY, EXPANSION, CELSIUS = 870.0, 7.4e-4, 273.15
-TEMPERATURE = re.compile(r"\s*([-+]?\d+\.?\d*)\s*(?:(?:deg\s*|°)?([CcKk]))?\s*")
 #: kinematic viscosity at 40 C [mm2/s]
 ISO_VG = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460)
 #: least and largest kinematic viscosity at 100 C [mm2/s]
@@ -71,11 +69,12 @@ def coefficient(viscosity: float) -> float:
 
 def celsius(text: str) -> float:
     """Degrees Celsius of a text such as 60, 60C, "60 degC" or 333K. Raises ValueError."""
-    match = TEMPERATURE.fullmatch(text)
-    if match is None:
-        raise ValueError(f"oil: a temperature is a number of C or K, as 60C; got {text!r}")
-    number, unit = float(match[1]), match[2] or "C"
-    return number - (CELSIUS if unit in "kK" else 0.0)
+    number = text.strip().rstrip("CcKk").rstrip("°").removesuffix("deg")
+    try:
+        return float(number) - (CELSIUS if text.strip()[-1:] in ("k", "K") else 0.0)
+    except ValueError:
+        form = "a temperature is a number of C or K, as 60C"
+        raise ValueError(f"oil: {form}; got {text!r}") from None
 
 
 def oil(name: str, *, temperature: float | str = 40.0) -> Lubricant:

@@ -678,7 +678,7 @@ RESOLVED: dict[str, Callable[[Joint], object]] = {
     "contact": lambda joint: joint.contact and joint.contact.law.name,
     "thresholds": lambda joint: _thresholds(joint.transition),
     "asperity": lambda joint: (
-        (joint.transition or joint.rough_layer) and _name(getattr(joint, "asperity", None))
+        _name(getattr(joint, "asperity", None)) if joint.transition or joint.rough_layer else None
     ),
 }
 

@@ -18,6 +18,7 @@ from clearance.laws.line_contact import CENTRAL, LEAST, four_regimes
 from clearance.laws.materials import Material, steel
 from clearance.mechanism.elastic_surfaces import elastic_surfaces
 from clearance.metrics.summary import elastic_state
+from clearance.results.extremes import Extreme
 from clearance.run.force_hole import hole_check
 from clearance.studies.explain import explain
 from clearance.tracing.kernels import evaluated
@@ -333,7 +334,10 @@ def test_a_film_on_a_liner_has_its_thinnest_place():
 
     class Liner(dict):
         time = np.array([0.0, 1.0, 2.0])
-        values = dict.__getitem__
+
+        def extreme(self, name, begin, end):
+            inside = (self.time >= begin) & (self.time <= end)
+            return Extreme(self[name.removesuffix("_min")][inside].min(), 0.0)
 
     record = Liner({"joints/F/film_least": np.array([1e-9, 3e-8, 2e-8])})
     state = elastic_state(record, {"name": "F", "roughness": 1e-8}, 1.0, 2.0)
