@@ -60,6 +60,7 @@ STARTS = 4
 LOOKED, LOOKED_WITHOUT = 16, 64
 FRONT = 20  # designs of a front
 ROUNDS = 6  # of margins, at most
+NOISE = 1e-4  # of a limit, that no search misses by the noise of values
 STAYS = (1e-6, 2e-3)  # of a limit and of its margin, by which this may still change
 APART = 1e-2  # of the width of the bounds, between distinct optima
 FLAT = 1e-6  # of the goal, by which a ridge between optima is higher
@@ -441,13 +442,25 @@ class _Search:
         self._feasible(ends[0], limits)
         return ends
 
+    def _missed(self, end: Solved, limits: Sequence[Limit]) -> Limit | None:
+        """The limit that a design misses most; None where it keeps all by their stated errors.
+
+        A margin has half an error to spare.
+        """
+        values = self.design.point(end.x).values
+        spare = {i.text: 0.5 * self.errors.get(i.text, 0.0) * (i.margin > 0.0) for i in limits}
+        rooms = {i: i.room(values[i.name]) + spare[i.text] + KEPT * i.size for i in limits}
+        worst = min(limits, key=lambda i: rooms[i] / i.size, default=None)
+        return worst if worst and rooms[worst] < 0.0 else None
+
     def _feasible(self, end: Solved, limits: Sequence[Limit]) -> None:
-        if end.shortfall <= KEPT:
-            return
+        """Raises ValueError for a design that has no run or misses a limit."""
         point = self.design.point(end.x)
         if point.reason:
             raise ValueError(f"optimize: no design has a run: {point.reason}")
-        worst = min(limits, key=lambda i: i.room(point.values[i.name]) / i.size)
+        worst = self._missed(end, limits)
+        if worst is None:
+            return
         margin = f" with a margin of {worst.margin:.3g}" if worst.margin else ""
         values = ", ".join(f"{n} = {v:.4g}" for n, v in self.design.values(end.x).items())
         raise ValueError(
@@ -477,18 +490,23 @@ class _Search:
         if not limits:
             return design.solved(x, goal, limits, LAST), limits
         for _ in range(ROUNDS):
-            margins = self._margins(design.point(best.x), limits)
-            of_limit, of_margin = STAYS
+            point = design.point(best.x)
+            margins, (of_limit, of_margin) = self._margins(point, limits), STAYS
             stays = (
                 abs(margins[i.text] - i.margin) <= max(of_limit * i.size, of_margin * i.margin)
                 and i.margin >= self.errors[i.text]
                 for i in limits
             )
-            if all(stays):
+            missing = {i.text: max(-i.room(point.values[i.name]), 0.0) for i in limits}
+            if self._missed(best, limits) is None and all(stays):
                 break
+            # what the last search missed, for values of neighbouring designs have some noise
+            margins = {text: margin + 2.0 * missing[text] for text, margin in margins.items()}
             limits = with_margins(limits, margins)
             best = design.solved(best.x, goal, limits, LAST)
-            self._feasible(best, limits)
+            if best.shortfall > NOISE:
+                break
+        self._feasible(best, limits)
         return best, limits
 
     def _margins(self, point: Point, limits: Sequence[Limit]) -> dict[str, float]:
