@@ -176,7 +176,7 @@ def parameter_lines(case, values: dict, scene) -> list[str]:
 
     rows = case.parameters.items()
     resolved = json.loads(scene.origin.get("resolved", "{}"))
-    without = idle({n: values.get(n, p.default) for n, p in rows}, scene.joints)
+    without = idle(scene)
     given = [f"{n} = {text(n, values[n], p.units)}" for n, p in rows if n in values]
     default = [f"{n} {text(n, p.default, p.units)}" for n, p in rows if n not in values | without]
     vain = [f"{n} ({without[n]})" for n in case.parameters if n in values and n in without]

@@ -13,6 +13,7 @@ from dataclasses import dataclass, fields
 from functools import partial
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from clearance import elements, laws
 from clearance.elements import Drive
@@ -24,6 +25,9 @@ from clearance.film.bearing import DRAG, DRAGS
 from clearance.laws.materials import Lubricant, Material, steel
 from clearance.values import checks
 from clearance.values.checks import one_of as one_of
+
+if TYPE_CHECKING:  # which this is imported by
+    from clearance.scene.scene import Scene
 
 MODELS = ("ideal", "dry", "lubricated", "mixed")
 LAW = re.compile(r"\s*(\w+)\s*(?:\((.*)\))?\s*")
@@ -648,20 +652,19 @@ IDLE_WITH = {
 DECIDING = ("model", "joints", "friction", "oil")  # options that `idle` reads
 
 
-def idle(values: Mapping[str, object], joints: Collection[Joint]) -> dict[str, str]:
-    """Parameters of a case that do nothing, by name, each with the option that makes it so.
-
-    values: of all parameters; those of a case without JointOptions all do something. joints: of its
-        scene; slides touch in lubricated models too.
+def idle(scene: "Scene") -> dict[str, str]:
+    """Parameters of the case of a scene that do nothing, by name, each with the option that makes
+    it so. Those of a case without JointOptions all do something.
     """
-    options = {f.name for f in fields(JointOptions)}
-    if not options <= values.keys():
+    options, case = {f.name for f in fields(JointOptions)}, scene.case
+    if case is None or not options <= case.parameters.keys():
         return {}
+    values = {n: p.default for n, p in case.parameters.items()} | scene.parameters
     if values["model"] == "ideal":
         return dict.fromkeys(options - {"model"}, "model = ideal")
     reasons = {"viscosity": f"oil = {values['oil']}"} if values["oil"] != NONE else {}
-    rough = any(j.rough_layer for j in joints)
-    if not any(j.contact for j in joints if j.soft):
+    rough = any(j.rough_layer for j in scene.joints)
+    if not any(j.contact for j in scene.soft_joints):  # slides touch in lubricated models too
         unread = OF_SOLIDS - {"friction", "friction_coefficient"} if rough else OF_SOLIDS
         reasons |= dict.fromkeys(unread, f"model = {values['model']}")
     if rough:

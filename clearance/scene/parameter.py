@@ -85,12 +85,9 @@ def _in_case(scene: Scene, name: str) -> bool:
 
 def check_effect(scene: Scene, name: str) -> None:
     """Raises ValueError for a parameter of the case that does nothing."""
-    if scene.case is None:
-        return
     from clearance.scene.joint_options import idle
 
-    values = {n: p.default for n, p in scene.case.parameters.items()} | scene.parameters
-    if reason := idle(values, scene.joints).get(name):
+    if reason := idle(scene).get(name):
         raise ValueError(f"{name} has no effect ({reason})")
 
 

@@ -112,9 +112,8 @@ class Definition:
         kinds = {kind: i for i, kind in enumerate(decisive)} or {(): 0}
         everywhere: dict[str, str] = dict.fromkeys({*self.fixed, *columns}, "")
         for i in kinds.values():
-            values = {n: p.default for n, p in case.parameters.items()} | self.values(i)
             try:
-                vain = idle(values, case.scene(**self.values(i)).joints)
+                vain = idle(case.scene(**self.values(i)))
             except ValueError:  # a point that will be recorded as failed
                 continue
             everywhere = {n: vain[n] for n in everywhere if n in vain}

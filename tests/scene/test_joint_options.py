@@ -112,7 +112,7 @@ def test_idle_options_change_nothing(name, joints, model):
     for more in ({}, {"friction": "none"}, {"oil": "ISO-VG-32@50C"}):
         values = {"model": model, "joints": joints, **more}
         scene = case.scene(**values)
-        without = idle(defaults | values, scene.joints)
+        without = idle(scene)
         assert ("film" in without) == (model in ("ideal", "dry"))
         assert ("restitution" in without) == (model == "ideal" or "contact" in without)
         for option, reason in without.items():
