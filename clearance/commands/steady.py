@@ -30,7 +30,7 @@ LEAST = 1e-6  # error of a multiplier in print, at least
 
 
 def add_periodic(command: argparse.ArgumentParser) -> None:
-    """--steady and the most turns it may wait."""
+    """--steady, the most turns it may wait, and its period."""
     options = {
         "--steady TOL": (
             share,
@@ -42,6 +42,7 @@ def add_periodic(command: argparse.ArgumentParser) -> None:
             400,
             "of --steady: turns after which no periodic motion is expected any more",
         ),
+        "--period S": ("s", None, "of --steady: takes the place of the turn of the drive"),
     }
     add_options(command, options)
 
@@ -75,7 +76,7 @@ def solved(options, case, scene, output: Path):
             progress=line,
             samples_per_turn=int(options.samples_per_turn),
             channels=channel_patterns(options.channels),
-            **taken(options, "most_turns start method compression error sensitivity"),
+            **taken(options, "most_turns period start method compression error sensitivity"),
         )
     return result.orbit, None
 

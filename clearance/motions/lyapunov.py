@@ -173,7 +173,8 @@ def lyapunov(
     turn = scene.turn if interval is None else checks.positive("interval", interval)
     if turn is None:
         raise ValueError(
-            "this scene has no drive of constant speed: give interval=SECONDS in place of its turn"
+            "this scene has no drive of constant speed: give interval=SECONDS or --interval S "
+            "in place of its turn"
         )
     mechanism = build(scene, ledger=False)
     check_state(mechanism, "its motion has no neighbours", "no exponent can be found")

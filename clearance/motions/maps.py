@@ -94,7 +94,7 @@ class Motion:
         if self.turn is None:
             raise ValueError(
                 f"{scene.name} has no drive of constant or nominal speed, which would give its "
-                "period: give period=SECONDS"
+                "period: give it, period=SECONDS or --period S"
             )
         #: full turns that drives make in the time of one
         self.made = _turns_made(self.mechanism, self.turn)
@@ -326,7 +326,7 @@ def _repeats(mechanism: Mechanism, period: float, turns: np.ndarray) -> bool:
     if not max(later) <= EQUAL * size:
         raise ValueError(
             f"the forces do not come back after {period:.6g} s: they differ by "
-            f"{max(later) / size:.2g} of their size; give period=SECONDS, and leave out run-ups"
+            f"{max(later) / size:.2g} of their size; give period=SECONDS (--period S), and leave out run-ups"
         )
     return True
 

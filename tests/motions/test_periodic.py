@@ -439,6 +439,9 @@ class TestCommand:
         printed = typed(*command).out
         assert "steady       period one turn, 0.02 s; periodic to" in printed
         assert "multipliers  (-0.09" in printed
+        printed = typed(*command, "--period 40ms").out
+        assert "steady       period one turn, 0.04 s; periodic to" in printed
+        assert "--period S" in typed.line(*command, "--period 13ms")
 
     def test_options_of_other_runs_are_refused(self, tmp_path, typed):
         """Options without meaning beside --steady are refused."""
