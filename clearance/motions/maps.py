@@ -326,7 +326,8 @@ def _repeats(mechanism: Mechanism, period: float, turns: np.ndarray) -> bool:
     if not max(later) <= EQUAL * size:
         raise ValueError(
             f"the forces do not come back after {period:.6g} s: they differ by "
-            f"{max(later) / size:.2g} of their size; give period=SECONDS (--period S), and leave out run-ups"
+            f"{max(later) / size:.2g} of their size; give period=SECONDS (--period S), "
+            "and leave out run-ups"
         )
     return True
 
