@@ -37,7 +37,7 @@ def scatter(
 def _histogram(axes, result, metric: str) -> None:
     values, (units, text) = result.values(metric), result.sweep.known.get(metric, ("?", metric))
     units, factor = shown_in(units, values)
-    axes.hist(factor * values, BINS, color="#90a4ae", density=True)
+    axes.hist(factor * values, BINS, histtype="stepfilled", color="#90a4ae", density=True)
     for share, style in ((0.05, ":"), (0.5, "-"), (0.95, ":")):
         place = factor * result.quantile(metric, share).value
         axes.axvline(place, color="#263238", linestyle=style, linewidth=1.0)

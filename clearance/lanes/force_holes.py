@@ -9,7 +9,6 @@ from clearance.lanes import lane_kernels
 from clearance.lanes.code import Code, callable_at, evaluated, natural_width, new_module
 from clearance.lanes.engine import SOURCES
 from clearance.run.force_hole import KERNELS, loads_of, met, numbers_of
-from clearance.tracing.emission import kernel_text
 
 
 class ForceHoles:
@@ -18,15 +17,13 @@ class ForceHoles:
     def __init__(self, joint):
         loads, self.width = loads_of(joint), natural_width()
         self.names, self.default = loads.names, numbers_of(joint)
-        program = loads.program("scans")
 
         def module() -> ir.Module:
             module = new_module()
-            lane_kernels.write(module, "scans", program, self.width)
+            lane_kernels.write(module, "scans", loads.program("scans"), self.width)
             return module
 
-        about = f"{self.width} {kernel_text(program, {})} {SOURCES}"
-        self.code = Code(module, about)
+        self.code = Code(module, f"{self.width} {loads.text('scans')[0]} {SOURCES}")
         self.scans = callable_at(self.code.address("scans"), len(lane_kernels.ARRAYS))
 
     def met(

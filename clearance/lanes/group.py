@@ -49,7 +49,7 @@ def impossible(mechanism: Mechanism, method: str) -> str | None:
         return "a law of time has a kink"
     if any(isinstance(source, Callback) for source in mechanism.sources.values()):
         return "a film is solved as the run goes"
-    programs = structure.programs.values()
+    programs = () if structure.alone else structure.programs.values()
     if opaque := [f.name for p in programs for f in p.functions if isinstance(f, Opaque)]:
         return f"law {opaque[0]} is compiled apart"
     return None

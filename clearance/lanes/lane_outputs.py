@@ -11,7 +11,6 @@ from clearance.lanes.code import Code, callable_at, evaluated, natural_width, ne
 from clearance.lanes.engine import SOURCES
 from clearance.lanes.group import with_derived
 from clearance.mechanism.build import Mechanism
-from clearance.tracing.emission import kernel_text
 from clearance.tracing.ir import INT64, POINTER
 
 PADDED = 8  # numbers behind the tables, which kernels may read along
@@ -27,15 +26,15 @@ class LaneOutputs:
     def __init__(self, mechanism: Mechanism, paths: Sequence[str]):
         self.mechanism, self.width, self.count = mechanism, natural_width(), len(paths)
         places = {i: mechanism.layout.output[path] for i, path in enumerate(paths)}
-        program = lane_kernels.narrowed(mechanism.structure.programs["observe"], places)
 
         def module() -> ir.Module:
             module = new_module()
+            program = lane_kernels.narrowed(mechanism.structure.programs["observe"], places)
             kernel = lane_kernels.write(module, "outputs", program, self.width)
             _series(module, kernel, self.width, self.count)
             return module
 
-        self.code = Code(module, f"{self.width} {kernel_text(program, {})} {SOURCES}")
+        self.code = Code(module, f"{self.width} {mechanism.structure.digest} {places} {SOURCES}")
         self.call = callable_at(self.code.address("outputs"), len(lane_kernels.ARRAYS))
         kinds = [ctypes.c_void_p] * len(lane_kernels.ARRAYS)
         series = ctypes.CFUNCTYPE(None, *kinds, ctypes.c_int64)

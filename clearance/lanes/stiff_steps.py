@@ -49,7 +49,7 @@ def unfit(mechanism: Mechanism) -> str | None:
     if rubbing := sorted(mechanism.structure.forced):
         return f"friction of joint {rubbing[0]} turns round inside steps"
     rates = mechanism.size - mechanism.coordinates
-    many = rates > MOST_RATES or mechanism.structure.programs["jacobian"].columns
+    many = rates > MOST_RATES or "for column" in mechanism.structure.codes["jacobian"]
     return "its equations are too many" if many else None
 
 

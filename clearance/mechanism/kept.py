@@ -62,21 +62,28 @@ def kept(
 
     scene: of the structure; trace: gives the structure of it; anew: that of another such scene.
     """
-    try:
-        about = " ".join(words(key)) if store.COMPILED else ""
-    except Unnamed:
-        about = ""
-    if not about:
-        return trace()
     made: list[Structure] = []
 
     def make() -> bytes:
         made.append(trace())
         return packed(made[0], scene)
 
-    text = f"{store.PYTHON} {store.FUSES} {code()} {about}"
-    data, _ = store.stored(f"structure_{hashlib.sha256(text.encode()).hexdigest()[:32]}", make)
+    data = noted("structure", key, make)
     return made[0] if made else unpacked(data, anew) if data else trace()
+
+
+def noted(kind: str, key: tuple, make: Callable[[], bytes]) -> bytes:
+    """The bytes that a trace gives for a key, from the store where it has them; none where other
+    processes may have the key otherwise.
+    """
+    try:
+        about = " ".join(words(key)) if store.COMPILED else ""
+    except Unnamed:
+        about = ""
+    if not about:
+        return b""
+    text = f"{store.PYTHON} {store.FUSES} {code()} {about}"
+    return store.stored(f"{kind}_{hashlib.sha256(text.encode()).hexdigest()[:32]}", make)[0]
 
 
 def packed(structure: Structure, scene: Scene) -> bytes:

@@ -4,11 +4,11 @@ Tables of a result file are declared once: located extremes, integrals, stated e
 """
 
 import datetime
-import importlib.metadata
 import json
 import os
 import platform
 import shutil
+import sys
 import time
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -56,13 +56,18 @@ def provenance(moment: float | None = None) -> dict:
 @cache
 def _versions() -> dict[str, str]:
     """Versions of the packages, looked up once a process."""
-    versions = {}
-    for package in PACKAGES:
-        try:
-            versions[f"version_{package}"] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            versions[f"version_{package}"] = "not installed"
-    return versions
+    return {f"version_{package}": _version(package) for package in PACKAGES}
+
+
+def _version(package: str) -> str:
+    if package in sys.modules:
+        return sys.modules[package].__version__
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def check_result(path: Path) -> None:

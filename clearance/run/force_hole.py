@@ -13,12 +13,14 @@ import numpy as np
 
 from clearance.elements import ClearanceRevolute
 from clearance.elements.regimes import FULL_FILM
+from clearance.files.sealed import digest_of_code
 from clearance.laws.elastic_gap import beyond
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, Law, memory_film
+from clearance.mechanism.kept import noted
 from clearance.tracing.emission import Program, kernel_text
 from clearance.tracing.function import Function, Loop
-from clearance.tracing.interpreter import traced
-from clearance.tracing.kernels import kernel
+from clearance.tracing.interpreter import fingerprint, traced
+from clearance.tracing.kernels import addresses, kernel
 from clearance.tracing.trace import Trace
 from clearance.values import checks
 
@@ -27,6 +29,7 @@ SCANNED = 400  # steps of a hole check
 SECANTS = 5  # steps towards the speed of a load, in which films are nearly linear
 NEAR_WALL = 0.05  # film thickness ratio below which contact begins at the wall
 SLOTS = ("transition", "film", "contact", "asperity", "elastic")
+SOURCE = digest_of_code(__file__)
 LEAST = -1e300  # load before the first [N]
 #: what each kernel takes and returns
 KERNELS = {
@@ -121,11 +124,21 @@ class RadialLoads:
         outputs = write[name](trace, numbers, *inputs)
         return Program("force_hole", dict(enumerate(outputs)), {})
 
+    def text(self, name: str) -> tuple[str, bool]:
+        """Source of a program; True where it calls nothing that stands outside of it."""
+
+        def make() -> bytes:
+            program = self.program(name)
+            return b"" if addresses(program.functions) else kernel_text(program, {}).encode()
+
+        laws = [(slot, fingerprint(law.function)) for slot, law in self.laws.items()]
+        text = noted("loads", (name, laws, SOURCE), make).decode()
+        return text or kernel_text(self.program(name), {}), bool(text)
+
     @cache  # noqa: B019
     def kernel(self, name: str) -> Callable:
         """A program compiled."""
-        program = self.program(name)
-        return kernel(lambda: program, kernel_text(program, {}))
+        return kernel(lambda: self.program(name), *self.text(name))
 
     # --- written on a trace; numbers: in the order of the names
     def _number(self, numbers: list, name: str, default: float = 0.0):

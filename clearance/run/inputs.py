@@ -8,7 +8,6 @@ not put two physics in one table.
 
 import ast
 import hashlib
-import importlib.metadata
 import importlib.util
 import json
 import logging
@@ -230,9 +229,11 @@ def _foreign(name: str, spec: ModuleSpec) -> bool:
 @cache
 def _distributed(folder: str) -> set[str]:
     """Modules of the distributions that are installed in a folder, such as that of PYTHONPATH."""
+    from importlib.metadata import distributions
+
     files = [
         line.partition(",")[0]
-        for distribution in importlib.metadata.distributions(path=[folder])
+        for distribution in distributions(path=[folder])
         for line in (distribution.read_text("RECORD") or "").splitlines()
     ]
     return {Path(file).parts[0].removesuffix(".py") for file in files if file}

@@ -96,6 +96,11 @@ class Definition:
         return tuple(keys)
 
     @cached_property
+    def names(self) -> np.ndarray:
+        """The keys as an array."""
+        return np.array(self.keys)
+
+    @cached_property
     def spread(self) -> tuple[str, ...]:
         """Names of the swept numbers that are not integers."""
         columns = self.points.columns.items()

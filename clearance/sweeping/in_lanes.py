@@ -370,11 +370,13 @@ class Together:
 
 def _blocks(indices: list[int], size: int, threads: int) -> Iterator[list[int]]:
     """Parts of the points, as many to a thread as suit the memory; neighbours, which take about as
-    long, go to different threads.
+    long, go to different threads. The last parts are smaller, so that all threads end together.
     """
-    each = max(size // threads, min(size, FULL))
-    for begin in range(0, len(indices), each * threads):
-        several = indices[begin : begin + each * threads]
+    most = max(size // threads, min(size, FULL))
+    while indices:
+        rest = max(len(indices) // (2 * threads), 2 * FULL) if threads > 1 else most
+        count = min(most, rest) * threads
+        several, indices = indices[:count], indices[count:]
         yield from (several[k::threads] for k in range(min(threads, len(several))))
 
 
@@ -537,7 +539,7 @@ class Lanes:
             outcomes += [
                 Outcome(
                     indices[i],
-                    self.definition.keys[indices[i]],
+                    "",
                     DONE,
                     metrics=dict(zip(about_them, row, strict=True)),
                     known=about_them,

@@ -67,7 +67,7 @@ class Sweep(Drawn):
         definition = self.definition
         places = np.unravel_index(np.arange(self.count), self.shape or (1,))
         runs = {
-            "key": ("1", "name of the run's file", np.array(definition.keys)),
+            "key": ("1", "name of the run's file", definition.names),
             "status": ("1", "done, failed, lost or missing", self.status),
             "reason": ("1", "why it is not done", self.reason),
         }
@@ -326,8 +326,8 @@ def _placed(
     entries: Iterable[Outcome | Block], definition: definitions.Definition
 ) -> Iterator[tuple[Outcome | Block, np.ndarray, np.ndarray]]:
     """Entries of a journal, which of their points the sweep has, and the places of these."""
-    keys = np.array(definition.keys)
     for entry in entries:
+        keys = definition.names
         if isinstance(entry, Outcome):
             places, own_keys = np.array([entry.index]), [entry.key]
         else:
@@ -341,7 +341,7 @@ def standing(folder: Path, definition: definitions.Definition) -> tuple[np.ndarr
     """Status of each point, and outcomes that stand for all of them: of points that ran together
     one. A million points make no object each.
     """
-    status = np.full(len(definition.keys), MISSING, dtype="U7")
+    status = np.full(len(definition.points), MISSING, dtype="U7")
     if not definition.files:
         owner = np.full(status.size, -1)
         entries: list[Outcome | tuple[str, dict]] = []

@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,7 @@ from clearance.values.units import unit_in, written
 
 QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
 RESAMPLED = 200  # bootstrap samples of the intervals of indices
+LARGE = 2**20  # numbers of them that are held at a time
 FORMAT_VERSION = 1
 ROUNDING = 1e-12  # share of its natural size within which a metric does not vary
 SMALLEST = 1e-13  # deviation from ideal joints [m] that is rounding in any mechanism
@@ -173,16 +175,22 @@ def quantile(values: np.ndarray, share: float) -> Estimate:
     """A quantile of independent values; its interval from the order of the values alone, infinite
     beyond the last.
     """
-    from scipy.special import bdtr
-
     ranked, count = np.sort(values), len(values)
-    tail = 0.5 * (1.0 - CONFIDENCE)
-    below = bdtr(np.arange(count + 1.0), count, share)  # probability of so many values, or fewer
-    lower, upper = (int(np.searchsorted(below, p)) for p in (tail, 1.0 - tail))
-    lower -= 1
-    low = float(ranked[lower]) if lower >= 0 else -math.inf
-    high = float(ranked[upper]) if upper < count else math.inf
+    below, above = _ranks(count, share)
+    low = float(ranked[below]) if below >= 0 else -math.inf
+    high = float(ranked[above]) if above < count else math.inf
     return Estimate(float(np.quantile(ranked, share)), low, high)
+
+
+@cache
+def _ranks(count: int, share: float) -> tuple[int, int]:
+    """Places in the order of independent values between which a quantile lies."""
+    k, tail = np.arange(count), 0.5 * (1.0 - CONFIDENCE)
+    steps = np.log((count - k) / (k + 1.0) * (share / (1.0 - share)))
+    # probability of so many values below it, or fewer
+    below = np.cumsum(np.exp(count * math.log1p(-share) + np.append(0.0, np.cumsum(steps))))
+    lower, upper = np.searchsorted(below, (tail, 1.0 - tail)).tolist()
+    return lower - 1, upper
 
 
 def probability(beyond: np.ndarray) -> Estimate:
@@ -226,11 +234,11 @@ def indices(values: np.ndarray, names: list[str], seed: int = 0) -> dict[str, In
         return {}
     rows = rows - rows[:2].mean()
     random, count = np.random.default_rng(seed), rows.shape[1]
-    again = np.array(
-        [_indices(rows[:, random.integers(0, count, count)]) for _ in range(RESAMPLED)]
-    )
+    each = max(LARGE // rows.size, 1)
+    parts = (min(each, RESAMPLED - k) for k in range(0, RESAMPLED, each))
+    again = [_indices(rows[:, random.integers(0, count, (part, count))]) for part in parts]
     tail = 0.5 * (1.0 - CONFIDENCE)
-    low, high = np.quantile(again, [tail, 1.0 - tail], axis=0)
+    low, high = np.quantile(np.concatenate(again, axis=-1), [tail, 1.0 - tail], axis=-1)
     estimates = np.stack([_indices(rows), low, high], axis=-1)
     return {
         n: Indices(*(Estimate(*map(float, part[j])) for part in estimates))
@@ -239,12 +247,12 @@ def indices(values: np.ndarray, names: list[str], seed: int = 0) -> dict[str, In
 
 
 def _indices(rows: np.ndarray) -> np.ndarray:
-    """First and total indices, (2, parameters), from values at A, B and the mixed samples."""
+    """First and total indices, (2, parameters, ...), from values at A, B and the mixed samples
+    along the last axis.
+    """
     (a, b), mixed = rows[:2], rows[2:]
-    variance = rows[:2].var()
-    return (
-        np.array([(b * (mixed - a)).mean(axis=1), 0.5 * ((a - mixed) ** 2).mean(axis=1)]) / variance
-    )
+    first, total = (b * (mixed - a)).mean(axis=-1), 0.5 * ((a - mixed) ** 2).mean(axis=-1)
+    return np.array([first, total]) / rows[:2].var(axis=(0, -1))
 
 
 class Scatter:
