@@ -18,6 +18,7 @@ from clearance.elements.element import Element
 from clearance.elements.joint import Joint
 from clearance.laws.law import BoundLaw
 from clearance.mechanism.assembly import assemble
+from clearance.mechanism.build import build
 from tests.random_scenes import OF_LAW, UNITS
 
 #: exponents of length, mass and time
@@ -396,7 +397,9 @@ class Scaled(Change):
         frictions = [getattr(e, "friction", None) for e in scene.elements]
         bristles = any(f is not None and f.law is cl.lugre for f in frictions)
         warm = any(e.group == "nodes" or getattr(e, "heat", None) for e in scene.elements)
-        return not (bristles or warm)
+        # contact without a first touch takes 1 rad/s where nothing else sets its speed
+        blended = any(getattr(e, "transition", None) for e in scene.elements)
+        return not (bristles or warm or (blended and not build(scene, ledger=False).pace))
 
     def _numbers(self, part, slides: bool | None = None) -> dict:
         """All numbers of a part, by the unit that its field states."""

@@ -12,7 +12,8 @@ nominal circles overlap. The law returns the parts of the joint:
 lambda = h_0 / sigma with the composite roughness sigma. The film is never evaluated at or beyond
 the wall. Contact begins where the penetration passes zero, at the end of a step. It is an event in
 `flores_hybrid` alone. Contact laws with an impact speed get a typical one in the others. It is the
-clearance times the mechanism's angular frequency, or the start's speed if that is larger.
+clearance times the mechanism's angular frequency, or the start's speed if that is larger. A motion
+that no drive, gravity or speed of the start sets going has 1 rad/s, and its run warns.
 """
 
 import math

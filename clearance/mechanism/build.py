@@ -32,7 +32,7 @@ ROUNDING = 1e-9  # of a turn
 MOST_BUILT = 4
 MOST_REMEMBERED = 16  # entries of the memory of a scene
 #: what follows from a scene and is looked up once for all runs of it
-SHARED = ("spots", "reach", "frequency", "energy", "acceleration", "scale")
+SHARED = ("spots", "reach", "pace", "energy", "acceleration", "scale")
 SHARED += ("offsets", "places", "share", "turning", "opens", "memory")
 MOST_STRUCTURES = 200  # that a process keeps; a trace takes some 3 MB, names of its parts little
 
@@ -161,14 +161,21 @@ class Mechanism:
         """Soft joints whose offsets are coordinates."""
         return [j for j in self.scene.soft_joints if j not in self.start.measured]
 
-    @cached_property
+    @property
     def frequency(self) -> float:
-        """A typical angular frequency [rad/s]: of the drives, or of gravity."""
+        """A typical angular frequency [rad/s]: the pace, or 1 rad/s without one."""
+        return self.pace or 1.0
+
+    @cached_property
+    def pace(self) -> float:
+        """The angular frequency [rad/s] of the drives, of the start or of gravity; 0 where a motion
+        has none of them.
+        """
         start = [abs(w[2]) for w in self.start.velocity.values()]
         start += [abs(d.nominal) for d in self.scene.drives if d.nominal]
         speeds = [abs(v[0]) / self.start.size for v in self.start.velocity.values()]
         gravity = math.sqrt(math.hypot(*self.scene.gravity) / self.start.size)
-        return max([*start, *speeds, gravity]) or 1.0
+        return max([*start, *speeds, gravity])
 
     @cached_property
     def energy(self) -> float:

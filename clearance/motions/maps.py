@@ -7,7 +7,6 @@ has none.
 """
 
 import contextlib
-import dis
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -16,7 +15,7 @@ import numpy as np
 
 from clearance.accuracy.horizon import NotSolved
 from clearance.mechanism.build import TURN, Mechanism, build
-from clearance.run.diagnosis import Diagnosis
+from clearance.run.diagnosis import Diagnosis, remembers
 from clearance.run.options import Solver, Span, longest_step
 from clearance.run.run import Run
 from clearance.run.start import prescribed, state_from
@@ -335,10 +334,7 @@ def _repeats(mechanism: Mechanism, period: float, turns: np.ndarray) -> bool:
 def _remembers(element, spot) -> bool:
     """True for a spot whose contact law looks at the impact speed."""
     law = getattr(element, "contact", None)
-    if spot.kind != CONTACT or law is None:
-        return False
-    loads = (i for i in dis.get_instructions(law.law.function) if "LOAD" in i.opname)
-    return any(i.argval == "impact_speed" for i in loads)
+    return spot.kind == CONTACT and law is not None and remembers(law)
 
 
 class Section:

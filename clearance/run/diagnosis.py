@@ -1,5 +1,6 @@
 """Diagnosis of a run: the reason of its failure, what it is suspected of, its warnings."""
 
+import dis
 import math
 from typing import TYPE_CHECKING
 from weakref import proxy
@@ -8,6 +9,7 @@ import numpy as np
 
 from clearance.elements.joint import Joint
 from clearance.elements.regimes import FULL_FILM, Regime, depth_warning, regime
+from clearance.laws.law import BoundLaw
 from clearance.machine.callback import Callback
 from clearance.results.recorder import LedgerWatch, Recorder
 from clearance.run.start import QUASI_STATIC, quasi_static
@@ -345,6 +347,9 @@ class Diagnosis:
 
             force = self.run.extreme(f"{group}/force_max")
             warnings += filter(None, [hole_warning(joint, mechanism.frequency, force, gap / rough)])
+        blended = rough is not None and joint.contact is not None and not joint.impacts
+        if blended and not mechanism.pace and remembers(joint.contact):
+            warnings.append(_without_pace(joint))
         return warnings
 
     def _depths(self) -> dict:
@@ -359,6 +364,21 @@ class Diagnosis:
             return []
         joints = (j for j in mechanism.scene.joints if j.name in mechanism.structure.forced)
         return [*filter(None, (_too_sharp(mechanism, j, rtol) for j in joints))]
+
+
+def remembers(law: BoundLaw) -> bool:
+    """True for a contact law that looks at the impact speed."""
+    loads = (i for i in dis.get_instructions(law.law.function) if "LOAD" in i.opname)
+    return any(i.argval == "impact_speed" for i in loads)
+
+
+def _without_pace(joint: Joint) -> str:
+    """A contact law with an impact speed, without a first touch or anything that sets a speed."""
+    return (
+        f"{joint.label()}: {joint.contact.law.name} damps impacts of {joint.clearance:.2g} m/s, "
+        "the clearance times 1 rad/s: no drive, no gravity and no speed at the start sets another "
+        "one; hunt_crossley_memoryless needs none"
+    )
 
 
 def _too_sharp(mechanism: "Mechanism", joint: Joint, rtol: float) -> str | None:

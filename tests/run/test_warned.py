@@ -99,3 +99,34 @@ def test_a_script_prints_warnings_and_the_command_line_prints_them_once(typed, t
         _, out, err = typed(command, tmp_path / "run.h5")
     assert (out + err).count("impacts are elastic") == 1
     assert "RunWarning" not in out + err
+
+
+@pytest.mark.parametrize(
+    ("contact", "gravity", "warned"),
+    [
+        (cl.lankarani_nikravesh(restitution=0.9), (0.0, 0.0), True),
+        (cl.lankarani_nikravesh(restitution=0.9), (0.0, -9.81), False),
+        (cl.hunt_crossley_memoryless(dissipation=0.1), (0.0, 0.0), False),
+    ],
+)
+def test_a_typical_impact_speed_that_nothing_sets_is_named(contact, gravity, warned):
+    """A rough pin at rest that a force pushes: a law with an impact speed has no frequency."""
+    rod = cl.Body("rod", mass=1.0, inertia=1e-3, points={"a": (0.0, 0.0)})
+    pin = cl.ClearanceRevolute(
+        cl.ground,
+        rod["a"],
+        name="A",
+        clearance=1e-5,
+        radius=0.01,
+        length=0.02,
+        roughness=4e-7,
+        contact=contact,
+        film=cl.pinkus_sternlicht(),
+        transition=cl.superposed(),
+        lubricant=cl.Lubricant(viscosity=0.05),
+    )
+    push = cl.Force(rod["a"], x=1.0, y=0.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        run = cl.simulate(cl.Scene(pin, push, gravity=gravity), until=1e-3, error=None)
+    assert any("impacts of 1e-05 m/s" in text for text in run.warnings) == warned
