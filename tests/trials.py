@@ -317,7 +317,7 @@ def swept(drawn: Drawn, base: Base, rng: random.Random) -> bool:
         points = cl.grid(factor=[1.0, 1.01, 1.02])
         sweep = cl.sweep(case, points, Path(folder) / "sweep", workers=1, **options)
         if not sweep.done.all():
-            raise Wrong(f"sweep: point failed: {sweep.columns['reason'][~sweep.done][0]}")
+            raise Wrong(f"sweep: point failed: {sweep.reason[~sweep.done][0]}")
         with sweep.run(0) as result:
             other = Channels(result)
             base.agree(other, Same(), f"sweep, {width or 'natural'} lanes")
