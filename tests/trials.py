@@ -378,7 +378,7 @@ def scattered(drawn: Drawn, base: Base, rng: random.Random) -> bool:
         wide = {"factor": "uniform(0.99, 1.01)"}
         scatter = cl.scatter(case, wide, Path(folder) / "out", points=24, **drawn.span, **options)
         if not scatter.sweep.done.all():
-            raise Wrong(f"scatter: {scatter.sweep.columns['reason'][~scatter.sweep.done][0]}")
+            raise Wrong(f"scatter: {scatter.sweep.reason[~scatter.sweep.done][0]}")
         factors = scatter.sweep.columns["factor"]
         if not ((factors >= 0.99) & (factors <= 1.01)).all():
             raise Wrong(f"scatter: factors from {factors.min()} to {factors.max()}")

@@ -34,6 +34,7 @@ NEAR = 1e-2  # natural sizes: a motion that comes back so nearly is worth Newton
 CLOSE = 3.0  # least change over some turns: a shorter period may have so much more
 LEAVING = 1e-3  # natural sizes: beside an unstable motion, where a motion that leaves it begins
 SIDEWAYS = 200  # periods of it, at most
+RUNAWAY = 1e9  # natural sizes: a motion that changes by so much in a turn does not come back
 AGAIN = 20  # periods more where that failed
 SAME = 10.0  # tolerances within which two passages are one
 PHASES = 48  # of a turn, among which the section is chosen
@@ -261,6 +262,9 @@ class Search:
             self._turn(section)
             changes = [self._change(section, k) for k in range(1, MOST_PERIOD + 1)]
             self.report(f"turn {self.waited}: back to {min(changes):.2g}")
+            if RUNAWAY < changes[0] < math.inf:
+                far = f"{changes[0]:.2g} of their natural sizes in turn {self.waited}"
+                raise NotPeriodic(f"the motion runs away: states change by {far}")
             if slow and self.waited >= FEWEST:
                 return 1
             enough = max(CLOSE * min(changes), self.tolerance)

@@ -128,6 +128,19 @@ def test_a_spring_that_is_wound_up_has_no_periodic_motion():
         steady(scene, most_turns=25)
 
 
+def test_a_motion_that_runs_away_has_no_periodic_motion():
+    """A block on a turning rod flies off, faster with each turn; 10 random rods."""
+    rng = np.random.default_rng(7)
+    for _ in range(10):
+        rod, block = (cl.Body(n, rng.uniform(0.1, 5.0), 0.01) for n in ("rod", "block"))
+        hinge = cl.Revolute(cl.ground, rod, name="A")
+        guide = cl.Prismatic(rod, block, name="guide", angle=rng.uniform(-3.0, 3.0))
+        drive = cl.Drive(rod, speed=rng.choice([-1.0, 1.0]) * rng.uniform(1.0, 300.0))
+        scene = cl.Scene(hinge, guide, drive, gravity=(0.0, -9.81))
+        with pytest.raises(cl.NotPeriodic, match="runs away"):
+            steady(scene)
+
+
 def oscillator():
     """m x'' + c x' + k x = F cos(w t)."""
     body = cl.Body("mass", mass=MASS, inertia=1.0, points={"p": (0, 0)}, position=(0.1, 0))
