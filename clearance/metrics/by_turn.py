@@ -135,6 +135,8 @@ class TurnsOfRecord(Turns):
         return np.bincount(turn[inside], squares, self.count) / counts
 
     def increases(self, path: str) -> np.ndarray:
+        if (growth := self.record.growth(path, self.edges)) is not None:
+            return growth
         return np.diff(np.interp(self.edges, self.record.time, self.record.values(path)))
 
     def impacts(self, joint: str) -> tuple[np.ndarray, np.ndarray]:

@@ -313,6 +313,8 @@ class OfRecord(Reductions):
 
     def increase(self, path: str) -> float:
         ends = np.array([self.window.begin, self.window.end])
+        if (growth := self.record.growth(path, ends)) is not None:
+            return float(growth[0])
         begin, end = cubic(self.record.time, self.record.values(path), ends)
         return end - begin
 

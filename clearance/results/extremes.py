@@ -236,6 +236,7 @@ def better(name: str, extremes: Iterable[Extreme | None]) -> Extreme | None:
 PARTS = 20  # of a stretch
 MOST = 20_000  # parts of a run, where a stretch has several
 EFFORTS = ("torque", "force")
+FORMS = {"positive": 1, "growth": 2}  # of integrands that are no squares, behind these
 
 
 @dataclass(frozen=True)
@@ -244,8 +245,8 @@ class Integrand:
 
     name: "drives/crank/torque_square", the path of a channel, or of a vector, and _square, or
         _positive for the time in which it is above zero; channel: its place among the outputs;
-        form: "square", "pair" for the square of the vector of this channel and the next, or
-        "positive".
+        form: "square", "pair" for the square of the vector of this channel and the next,
+        "positive", or "growth" for that of the channel itself.
     """
 
     name: str
@@ -255,11 +256,13 @@ class Integrand:
 
 
 @lru_cache(maxsize=16)
-def summed(channels: tuple, blended: tuple[str, ...] = ()) -> tuple[Integrand, ...]:
-    """The quantities of a run that are summed over time.
+def summed(
+    channels: tuple, blended: tuple[str, ...] = (), uneven: bool = False
+) -> tuple[Integrand, ...]:
+    """The quantities of a run that are summed over time, in the order of FORMS.
 
-    Those of squares come first. channels: its outputs, with path and units; blended: joints whose
-    contact sets in gradually.
+    channels: its outputs, with path and units; blended: joints whose contact sets in gradually;
+    uneven: turns end between samples, where growths of energies are needed.
     """
     integrands, paths = [], {c.path for c in channels}
     for i, c in enumerate(channels):
@@ -270,7 +273,9 @@ def summed(channels: tuple, blended: tuple[str, ...] = ()) -> tuple[Integrand, .
             integrands.append(Integrand(f"{c.path[:-2]}_square", f"({c.units})^2 s", i, "pair"))
         if kind == "joints" and name == "contact_force" and part in blended:
             integrands.append(Integrand(f"{c.path}_positive", "s", i, "positive"))
-    return tuple(sorted(integrands, key=lambda i: i.form == "positive"))
+        if uneven and c.path.endswith("/dissipated"):
+            integrands.append(Integrand(f"{c.path}_growth", c.units, i, "growth"))
+    return tuple(sorted(integrands, key=lambda i: FORMS.get(i.form, 0)))
 
 
 def parts(stretches: int) -> int:
@@ -310,10 +315,18 @@ class Integrals:
         last = int(np.searchsorted(self.edges, end + slack, side="right")) - 1
         return first, max(first, last)
 
+    def _nearest(self, times: np.ndarray) -> np.ndarray:
+        """Places of the edges nearest to times [s]."""
+        places = np.clip(np.searchsorted(self.edges, times), 1, len(self.ends))
+        return places - (times - self.edges[places - 1] < self.edges[places] - times)
+
+    def nearest(self, times: np.ndarray) -> np.ndarray:
+        """The edges nearest to times [s]."""
+        return self.edges[self._nearest(times)]
+
     def between(self, name: str, times: np.ndarray) -> np.ndarray | None:
         """Integrals between ascending times [s] that are edges; None where one is not."""
-        places = np.clip(np.searchsorted(self.edges, times), 1, len(self.ends))
-        places -= times - self.edges[places - 1] < self.edges[places] - times
+        places = self._nearest(times)
         if np.abs(self.edges[places] - times).max() > ROUNDING * self.edges[1]:
             return None
         return np.diff(self.cumulated[name][places])

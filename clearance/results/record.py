@@ -48,6 +48,7 @@ OF_GAP = {
     "film_thickness_ratio_min": lambda gap, joint: gap / joint["roughness"],
     "eccentricity_ratio_max": lambda gap, joint: 1.0 - gap / joint["clearance"],
 }
+NEAR = 0.05  # of a sample interval: a turn ends where the run located an end so near to it
 #: group of a joint that holds sums of its wear
 WEAR = "wear"
 
@@ -249,7 +250,20 @@ class Record(Drawn, ABC):
         self._need_turns()
         if self._counted is None:
             return turns * self.turn
-        return time_of(turns, self.time, self._counted)
+        times, integrals = time_of(turns, self.time, self._counted), self.integrals
+        if integrals is None:
+            return times
+        near = integrals.nearest(times)
+        return np.where(np.abs(near - times) < NEAR * np.ptp(self.time[-2:]), near, times)
+
+    def growth(self, path: str, times: np.ndarray) -> np.ndarray | None:
+        """Growth of a channel between ascending times [s], where the run located them; else
+        None.
+        """
+        integrals, name = self.integrals, f"{path}_growth"
+        if integrals is None or name not in integrals.cumulated:
+            return None
+        return integrals.between(name, times)
 
     def _need_turns(self) -> None:
         if self.turning is None:

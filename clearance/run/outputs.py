@@ -3,6 +3,7 @@ relative to, free ways of its spots, and outputs that the loop looks at where st
 located extremes or integrals over time, contacts, angles, energies.
 """
 
+import math
 from functools import cached_property, partial
 
 import numpy as np
@@ -122,7 +123,9 @@ class Watched:
         )
         self.rows = [(q.channel, q.paired, q.sign, -1) for q in self.quantities]
         blended = tuple(e.name for e, spot in mechanism.spots if spot.kind == BLENDED)
-        self.integrands = summed(channels, blended)
+        drive = next((d for d in scene.drives if d.turn is not None and not d.speed), None)
+        self.counted = index.get(f"{drive.key}/turns", -1) if drive else -1
+        self.integrands = summed(channels, blended, self.counted >= 0)
         self.contacts: dict[int, int] = {}  # spot -> its first row
         for i, (element, spot) in enumerate(mechanism.spots):
             if spot.kind == CONTACT and channels:
@@ -153,9 +156,14 @@ class Watched:
             "peaks": len(self.rows),
             "stretches": stretches(until, self.length),
             "integrals": len(self.integrands),
-            "parts": self.parts * stretches(until, self.length) if self.integrands else 1,
+            "parts": self._room(until, scene.turn) if self.integrands else 1,
             "reversals": len(self.rubbing),
         }
+
+    def _room(self, until: float, turn: float | None) -> int:
+        """Number of parts of a run; turns of a finite drive end some more."""
+        more = math.ceil(until / turn) + 1 if turn and self.counted >= 0 else 0
+        return self.parts * stretches(until, self.length) + more
 
     def _form(self, integrand: Integrand) -> int:
         """Form of an integrand; of a time in contact the row of the gap in `peaks`, -1: none."""
@@ -175,7 +183,10 @@ class Watched:
         state.peaks[:, places.VALUE] = state.best[...] = -np.inf
         state.integrals[places.SOURCE] = [i.channel for i in self.integrands]
         state.integrals[places.FORM] = [self._form(i) for i in self.integrands]
-        state.squares = sum(i.form != "positive" for i in self.integrands)
+        forms = [i.form for i in self.integrands]
+        state.squares = sum(form in FORMS for form in forms)
+        state.grown = len(forms) - forms.count("growth")
+        state.counted, state.turn = self.counted, 1.0
         state.limit = LIMIT * rtol ** (5.0 / 6.0) * (IMPACTS if self.contacts else 1.0)
         state.contacts[list(self.contacts), places.PEAKS] = list(self.contacts.values())
         state.angles[...] = np.array(self.angles, dtype=np.int64).reshape(-1, 2)
@@ -184,7 +195,7 @@ class Watched:
     def measure(self, state: State, length: float) -> None:
         """Take the length of a stretch [s]."""
         self.length = state.stretch = length
-        state.part = length / self.parts
+        state.ends[:] = length / self.parts * np.arange(1, state.ends.size + 1)
 
     def take_layers(self, state: State, mechanism: Mechanism) -> None:
         """Rates within which friction turns round, from the numbers of a mechanism."""
@@ -231,10 +242,10 @@ class Watched:
 
     def integrals(self, state: State) -> Integrals:
         """Integrals over time so far."""
-        done = state.parts
-        ends = np.append(state.part * np.arange(1, done + 1), state.time)
-        positive = np.maximum(state.totals[: done + 1], 0.0)  # as the integrands are
-        return Integrals(*self._summed, ends, positive)
+        done, totals = state.parts, state.totals[: state.parts + 1].copy()
+        positive = totals[:, : state.grown]  # as the integrands are
+        np.maximum(positive, 0.0, out=positive)
+        return Integrals(*self._summed, np.append(state.ends[:done], state.time), totals)
 
     @cached_property
     def _summed(self) -> tuple[tuple[str, ...], tuple[str, ...]]:

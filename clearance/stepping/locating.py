@@ -13,7 +13,13 @@ rates around rest.
 import math
 
 from clearance.stepping import control
-from clearance.stepping.quadrature import add_interval, begin_integrals, end_interval
+from clearance.stepping.quadrature import (
+    add_interval,
+    begin_integrals,
+    end_interval,
+    end_turn,
+    grow,
+)
 from clearance.stepping.state import (
     CHANNEL,
     EARLIER,
@@ -221,7 +227,7 @@ def may_turn(s, per_width, per_back, curving):
     """The gap of a joint whose contact sets in gradually may have an extreme in an interval, or is
     no output.
     """
-    for i in range(s.squares, s.integrals.shape[1]):
+    for i in range(s.squares, s.grown):
         k = int(s.integrals[FORM, i])
         if k < 0:
             return True
@@ -277,6 +283,8 @@ def look_into(s, t, h, low, high, row):
     width, back, searched = (high - low) * h, s.interval, False
     if s.integrals.shape[1] > 0:
         end_interval(s, row, width)
+        if s.counted >= 0 and row[s.counted] >= s.turn:
+            end_turn(s, t, h, low, high)
     per_width, per_back = 1.0 / width, 1.0 / back if back > 0.0 else 0.0
     curving = 4.0 * width / (width + back)
     for k in range(s.peaks.shape[0]):
@@ -294,6 +302,7 @@ def look_into(s, t, h, low, high, row):
     if s.integrals.shape[1] > 0:
         turning = may_turn(s, per_width, per_back, curving)
         add_interval(s, t, h, low, high, searched, turning)
+        grow(s, row)
     if searched:
         for k in range(s.peaks.shape[0]):
             if s.peaks[k, SEARCHED] > 0.0:

@@ -130,7 +130,7 @@ def add(s):
 @inline
 def note(s, row, column):
     """Contacts in a row of outputs, 1 where there is one, into a column of this interval."""
-    for k in range(s.squares, s.integrals.shape[1]):
+    for k in range(s.squares, s.grown):
         source = int(s.integrals[SOURCE, k])
         s.integrals[TOUCHED + column, k] = 1.0 if row[source] > 0.0 else 0.0
 
@@ -154,17 +154,17 @@ def changing(s, t, h, k, low, high, at_low):
 def add_time(s, k, begin, end):
     """Add a time in contact, part by part of the run."""
     part = s.parts
-    while part < s.totals.shape[0] - 1 and (part + 1) * s.part < end:
-        s.totals[part, k] += max((part + 1) * s.part - begin, 0.0)
+    while part < s.totals.shape[0] - 1 and s.ends[part] < end:
+        s.totals[part, k] += max(s.ends[part] - begin, 0.0)
+        begin = max(begin, s.ends[part])
         part += 1
-        begin = max(begin, part * s.part)
     s.totals[part, k] += end - begin
 
 
 @shared
 def add_times(s, t, h, low, high, inner):
     """Add the times in contact in the last interval: at most one change between two places."""
-    for k in range(s.squares, s.integrals.shape[1]):
+    for k in range(s.squares, s.grown):
         s.integrals[TOUCHED + inner + 1, k] = s.integrals[TOUCHED + LAST, k]
         for i in range(inner + 1):
             before, after = s.integrals[TOUCHED + i, k], s.integrals[TOUCHED + i + 1, k]
@@ -176,6 +176,33 @@ def add_times(s, t, h, low, high, inner):
             if before + after > 0.0:
                 add_time(s, k, t + begin * h, t + end * h)
         s.integrals[TOUCHED, k] = s.integrals[TOUCHED + LAST, k]
+
+
+# --- turns of a finite drive
+@shared
+def grow(s, row):
+    """Growths of sums in this part of the run, from a row of outputs."""
+    for k in range(s.grown, s.integrals.shape[1]):
+        s.totals[s.parts, k] = row[int(s.integrals[SOURCE, k])] - s.integrals[SUM, k]
+
+
+@shared
+def end_turn(s, t, h, low, high):
+    """Let a part of the run end where the drive has turned round in the last interval."""
+    interpolate(s, t, h)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        observe_inside(s, t, h, middle)
+        if s.look[s.counted] < s.turn:
+            low = middle
+        else:
+            high = middle
+    s.turn += 1.0
+    end, k = t + high * h, s.ends.size - 1
+    while k > s.parts and s.ends[k - 1] > end:
+        s.ends[k] = s.ends[k - 1]
+        k -= 1
+    s.ends[k] = end
 
 
 # --- intervals
@@ -240,13 +267,18 @@ def add_interval(s, t, h, low, high, seen, turning):
     add_times(s, t, h, low, high, inner)
     done = begin
     while s.parts < s.totals.shape[0] - 1:
-        end = (s.parts + 1) * s.part - now
+        end = s.ends[s.parts] - now
         if end > -SLIVER * h:
             break
         if end > done + SLIVER * h:
             integrate(s, done, end)
             add(s)
             done = end
+        if s.counted >= 0:
+            observe_inside(s, t, h, high + end / h)
+            grow(s, s.look)
+            for k in range(s.grown, s.integrals.shape[1]):
+                s.integrals[SUM, k] += s.totals[s.parts, k]
         s.parts += 1
     if done > begin:
         integrate(s, done, 0.0)

@@ -59,7 +59,7 @@ FLOATS = (
     "sample_every",  # [s]
     "stretch",  # length of the stretches of a run that have extremes of their own [s]
     "limit",  # of the error of an integral, over its mean, see quadrature.py
-    "part",  # length of the parts of a run that have integrals of their own [s]
+    "turn",  # that a finite drive ends next
     "begin",  # of the run [s]
     "end",  # of this call of the loop, which may stand before that of the run [s]
     "finish",  # of the run [s]
@@ -106,6 +106,8 @@ INTEGERS = (
     "stretches",  # finished
     "parts",  # finished
     "squares",  # integrals of squares, those of times follow
+    "grown",  # and these; then growths of sums
+    "counted",  # output with the turns of a finite drive, -1: none
     "fresh",  # 1: no interval of this phase is in the integrals yet
     "flips",  # changes of contacts without advance in time
     "touchable",  # spots where contacts start and end
@@ -173,6 +175,7 @@ def layout(
         ("integrals", float, (INTEGRAL_ROWS, integrals)),
         ("nodes", float, (NODE_ROWS, NODES)),
         ("totals", float, (parts, integrals)),  # of each part of the run
+        ("ends", float, (parts,)),  # of these parts [s]
         ("angles", int, (angles, 2)),  # places of angles and their rates among the outputs
         ("turned", float, (angles, 2)),  # both at the end of the last step
         ("reversals", float, (reversals, REVERSAL_COLUMNS)),

@@ -35,7 +35,7 @@ from clearance.scene.scene import Scene
 from clearance.simulation import prepare
 from clearance.stepping import status
 from clearance.sweeping.definition import FEWEST, Definition
-from clearance.sweeping.journal import DONE, Outcome, Ways
+from clearance.sweeping.journal import Block, Ways
 from clearance.sweeping.requested import Ladder, Reached
 from clearance.values.columns import Column, Mixed
 from clearance.values.spots import BLENDED
@@ -410,6 +410,11 @@ def _strengthened(tables: list) -> tuple[float, np.ndarray]:
     return times or 1.0, np.concatenate(parts)
 
 
+def _joined(arrays: Iterator[np.ndarray]) -> np.ndarray:
+    """Arrays one behind the other, of which there may be none."""
+    return np.concatenate([[], *arrays])
+
+
 def _alike(numbers: set[float]) -> float:
     """The only one of some numbers; not a number where there are several."""
     return numbers.pop() if len(numbers) == 1 else math.nan
@@ -433,15 +438,15 @@ class Lanes:
         self.kinds = list(zip(*fixed, strict=True)) or [()] * len(definition.points)
         self.groups: dict[tuple, Together | str] = {}
 
-    def outcomes(self, pending: Sequence[int], threads: int) -> Iterator[list[Outcome]]:
-        """Outcomes of those that suit, block by block, a block in each thread."""
+    def blocks(self, pending: Sequence[int], threads: int) -> Iterator[Block]:
+        """Those that suit, block by block, a block in each thread; they have no keys yet."""
         for together, indices in self._suited(pending):
-            blocks = _blocks(indices, together.block, threads)
+            parts = _blocks(indices, together.block, threads)
             try:
-                for block, outcomes in at_once(partial(self._run, together), blocks, threads):
-                    if left := len(block) - len(outcomes):
+                for part, block in at_once(partial(self._run, together), parts, threads):
+                    if left := len(part) - len(block.keys):
                         self.ways.left(self._reason(together), left)
-                    yield outcomes
+                    yield block
             except (NotForLanes, Mixed) as error:
                 self.ways.left(str(error), len(indices))
 
@@ -514,42 +519,30 @@ class Lanes:
         except (ValueError, TypeError) as error:  # an impossible scene
             return f"their numbers are not worked out together ({error})"
 
-    def _run(self, together: Together, indices: list[int]) -> list[Outcome]:
-        """Outcomes of a block, those that are sound."""
-        began = time.perf_counter()
+    def _run(self, together: Together, indices: list[int]) -> Block:
+        """Points of a block, those that are sound."""
+        began, summing = time.perf_counter(), together.summing
         columns = {n: self.numbers[n][indices] for n in together.columns}
-        outcomes = self._made(together, columns, indices)
-        wall = (time.perf_counter() - began) / len(indices)
-        return [replace(outcome, wall=wall, loop=wall, together=True) for outcome in outcomes]
-
-    def _made(
-        self, together: Together, columns: dict[str, np.ndarray], indices: list[int]
-    ) -> list[Outcome]:
-        """Outcomes of a block, those that are sound."""
-        summing, text = together.summing, together.mechanism.structure.digest
-        about = self.about | {"text": text, "lanes": together.group.width}
-        about_them = described(summing.first | summing.stated)
-        outcomes = []
-        for part in self._parts(together, columns):
-            mine = {n: column[part.places] for n, column in columns.items()}
-            warnings = together.warnings(mine, part.answers, part.points).tolist()
-            steps, values = part.answers.steps.tolist(), part.values | part.stated
-            rows = zip(*(values[name].tolist() for name in about_them), strict=True)
-            numbers = zip(part.places.tolist(), rows, warnings, steps, strict=True)
-            outcomes += [
-                Outcome(
-                    indices[i],
-                    "",
-                    DONE,
-                    metrics=dict(zip(about_them, row, strict=True)),
-                    known=about_them,
-                    warnings=warned,
-                    steps=count,
-                    made=about,
+        about, text = described(summing.first | summing.stated), together.mechanism.structure.digest
+        parts = list(self._parts(together, columns))
+        places = _joined(part.places for part in parts).astype(int)
+        numbers = {
+            "index": np.array(indices)[places],
+            "warnings": _joined(
+                together.warnings(
+                    {n: column[part.places] for n, column in columns.items()},
+                    part.answers,
+                    part.points,
                 )
-                for i, row, warned, count in numbers
-            ]
-        return outcomes
+                for part in parts
+            ),
+            "steps": _joined(part.answers.steps for part in parts),
+        }
+        metrics = {n: _joined((part.values | part.stated)[n] for part in parts) for n in about}
+        wall = np.full(places.size, (time.perf_counter() - began) / len(indices))
+        numbers |= {"wall": wall, "loop": wall}
+        made = self.about | {"text": text, "lanes": together.group.width}
+        return Block([""] * places.size, numbers, metrics, about, made)
 
     def _parts(self, together: Together, columns: dict[str, np.ndarray]) -> Iterator[Reached]:
         """Points that are sound, as they end."""

@@ -9,7 +9,7 @@ off before the next is appended. `Ways` counts how the points of one call ran.
 import base64
 import logging
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from itertools import groupby
 from pathlib import Path
@@ -81,6 +81,18 @@ class Block:
     known: dict[str, tuple[str, str]]
     made: dict
 
+    @classmethod
+    def of(cls, outcomes: list[Outcome]) -> "Block":
+        """Outcomes that differ in numbers only."""
+        first = outcomes[0]
+        return cls(
+            [o.key for o in outcomes],
+            {n: np.array([getattr(o, n) for o in outcomes]) for n in COLUMNS},
+            {n: np.array([o.metrics[n] for o in outcomes]) for n in first.metrics},
+            {name: about for o in outcomes for name, about in o.known.items()},
+            first.made,
+        )
+
     def outcomes(self, summed: bool = True) -> list[Outcome]:
         """One for each point; summed: with its metrics."""
         shared: dict[str, Any] = {
@@ -113,18 +125,21 @@ class Journal:
         for entry in entries(self.path):
             self.named.update(entry.known)
 
-    def add(self, *outcomes: Outcome) -> None:
+    def add(self, *entries: Outcome | Block) -> None:
         """Append outcomes; they are out of this process's hands when this returns, a block of them
         on the disk.
         """
-        block = [o for o in outcomes if _plain(o)]
+        blocks = [e for e in entries if isinstance(e, Block)]
+        outcomes = [e for e in entries if isinstance(e, Outcome)]
+        plain = groupby(filter(_plain, outcomes), _shared)
+        blocks += [Block.of(list(alike)) for _, alike in plain]
         lines = [self._line(o) for o in outcomes if not _plain(o)]
-        lines += [self._block(list(alike)) for _, alike in groupby(block, _shared)]
+        lines += map(self._block, blocks)
         begin = self.file.tell()
         try:
             self.file.write(b"".join(f"{signed(line)}\n".encode() for line in lines))
             self.file.flush()
-            if block:
+            if blocks:
                 os.fsync(self.file.fileno())
         except OSError:
             self._take_back(begin)
@@ -135,14 +150,11 @@ class Journal:
         del document["recovered"]
         return {n: v for n, v in document.items() if v or n in ("index", "status")}
 
-    def _block(self, outcomes: list[Outcome]) -> dict:
-        """Outcomes that differ in numbers only."""
-        first = outcomes[0]
-        columns: dict[str, Any] = {n: packed([getattr(o, n) for o in outcomes]) for n in COLUMNS}
-        columns["key"] = [o.key for o in outcomes]
-        columns["metrics"] = {n: packed([o.metrics[n] for o in outcomes]) for n in first.metrics}
-        described = {name: about for o in outcomes for name, about in o.known.items()}
-        return {"block": columns, "known": self._new(described), "made": first.made}
+    def _block(self, block: Block) -> dict:
+        columns: dict[str, Any] = {n: packed(block.columns[n]) for n in COLUMNS}
+        columns["key"] = block.keys
+        columns["metrics"] = {n: packed(values) for n, values in block.metrics.items()}
+        return {"block": columns, "known": self._new(block.known), "made": block.made}
 
     def _new(self, described: dict) -> dict:
         """Units and texts of metrics that this journal has not named before."""
@@ -164,7 +176,7 @@ class Journal:
         self.file.close()
 
 
-def packed(values: Sequence[float]) -> str:
+def packed(values: np.ndarray) -> str:
     """Numbers as text, every bit of them."""
     return base64.b64encode(np.asarray(values, "<f8").tobytes()).decode()
 

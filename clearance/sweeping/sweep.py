@@ -40,7 +40,17 @@ from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
 from clearance.sweeping.definition import FEWEST, Definition, regimes
 from clearance.sweeping.index import MISSING, Sweep, standing
-from clearance.sweeping.journal import ALONE, DONE, FAILED, LOST, WAITING, Journal, Outcome, Ways
+from clearance.sweeping.journal import (
+    ALONE,
+    DONE,
+    FAILED,
+    LOST,
+    WAITING,
+    Block,
+    Journal,
+    Outcome,
+    Ways,
+)
 from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.points import Points, plain
 from clearance.sweeping.teams import Dask, Processes, prepare_start
@@ -499,10 +509,15 @@ class _Driver:
 
     def _in_threads(self, lanes, pending: list[int], threads: int) -> set[int]:
         """Run points in lanes, block by block; returns those that were."""
-        queue, done = Queue(self.definition.points, []), set()
-        for block in lanes.outcomes(pending, threads):
-            self._keep([o for o in block if self._ended(o, queue)], queue)
-            done.update(o.index for o in block)
+        done: set[int] = set()
+        for block in lanes.blocks(pending, threads):
+            places = block.columns["index"]
+            block.keys = self.definition.names[places].tolist()
+            if block.keys and self._stored(block):
+                self.ended += places.size
+                self.ways.in_lanes += places.size
+                self.counts[DONE] += places.size
+            done.update(places.tolist())
             self._report(0)
             if self.stop:
                 break
@@ -578,15 +593,19 @@ class _Driver:
             self.in_a_row = 0
         return True
 
+    def _stored(self, *entries: Outcome | Block) -> bool:
+        """True where the journal has taken some outcomes."""
+        try:
+            self.journal.add(*entries)
+        except OSError as error:
+            self.stop = f"the journal cannot be written: {error}"
+            return False
+        return True
+
     def _keep(self, outcomes: list[Outcome], queue: Queue) -> None:
         """Write outcomes into the journal and count them."""
         outcomes = [replace(o, key=self.definition.keys[o.index]) for o in outcomes]
-        try:
-            self.journal.add(*outcomes)
-        except OSError as error:
-            self.stop = f"the journal cannot be written: {error}"
-            return
-        for outcome in outcomes:
+        for outcome in outcomes if self._stored(*outcomes) else ():
             queue.learn(outcome.index, outcome.wall)
             self._count(outcome)
 

@@ -254,7 +254,8 @@ def run_lanes(folder: str, stamp: str, indices: tuple[int, ...]) -> list[Outcome
     """Run some points in lanes, see `run_point`. Those that fail there or carry a warning run
     alone.
     """
-    outcomes = {o.index: o for block in _lanes(folder, stamp).outcomes(indices, 1) for o in block}
+    blocks = _lanes(folder, stamp).blocks(indices, 1)
+    outcomes = {o.index: o for block in blocks for o in block.outcomes()}
     return [outcomes.get(i) or run_point(folder, stamp, i) for i in indices]
 
 
