@@ -15,10 +15,9 @@ import sys
 import warnings
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 
 from clearance.commands import COMMANDS
-from clearance.commands.common import DONE, FAILED, WRONG, complain
+from clearance.commands.common import DONE, FAILED, WRONG, add_command, add_options, complain
 from clearance.files.texts import shortened
 from clearance.run import interrupts, progress_bar
 from clearance.values.checks import RunWarning, meant
@@ -27,6 +26,7 @@ from clearance.version import VERSION
 #: objects made between two searches for cycles among them; what imports and traces make stays, and
 #: at Python's 700 the searches take a twelfth of a short run
 OBJECTS = 100_000
+JSON = {"--json": "one JSON document on stdout, nothing else"}
 
 
 class Parser(argparse.ArgumentParser):
@@ -56,20 +56,23 @@ def parser(command: str | None = None) -> Parser:
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, text in COMMANDS.items():
         if command in (None, name):
-            _add(commands, import_module(f"clearance.commands.{name.replace('-', '_')}"))
+            _add(commands, name)
         else:
             commands.add_parser(name, help=text)
     return top
 
 
-def _add(commands, module: ModuleType) -> None:
-    """Add the options of a command's module."""
-    added = module.add(commands)
-    for command in added if isinstance(added, list) else [added]:
-        command.add_argument(
-            "--json", action="store_true", help="one JSON document on stdout, nothing else"
-        )
-        command.set_defaults(action=module.run)
+def _add(commands, name: str) -> None:
+    """Add a command with the options of its module."""
+    module = import_module(f"clearance.commands.{name.replace('-', '_')}")
+    texts = {
+        n: getattr(module, word, None) for n, word in (("epilog", "EXAMPLES"), ("usage", "USAGE"))
+    }
+    command = add_command(commands, name, **texts)
+    studies = module.added(command) if hasattr(module, "added") else [command]
+    for study in studies:
+        add_options(study, getattr(module, "OPTIONS", {}) | JSON)
+        study.set_defaults(action=module.run, usual=study.get_default)
 
 
 def main(arguments: list[str] | None = None) -> int:

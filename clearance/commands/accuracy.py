@@ -2,10 +2,8 @@
 up.
 """
 
-import argparse
 import math
 
-from clearance.commands.common import add_options
 from clearance.values.units import UNITS
 
 #: units with prefixes, and the power of ten of each
@@ -16,24 +14,23 @@ MOST_DIGITS = 9  # of a number with its error
 NO_ERROR = 1e-12  # share of a number below which an error is rounding
 
 
-def add_error(command: argparse.ArgumentParser) -> None:
-    """--error and --no-error."""
-    text = (
+ERROR = {
+    "--error E": (
+        "auto",
         "make the cheapest run with so small a relative error: 1e-3 or 0.1% of all numbers that it "
         "prints, or by name, such as joint_B_force_max=1e-4,trajectory=1e-5; of chaotic dry motion "
         "the error is half of the 95 % interval over the mean of a turn. auto: state the errors of "
         'a run at --rtol; "state": also where that costs a second run as long, of films solved '
-        "online and of runs with checkpoints"
-    )
-    add_options(command, {"--error E": ("auto", text)})
-    command.add_argument(
-        "--no-error",
-        dest="error",
-        action="store_const",
-        const=None,
-        help="no stated errors: without the second run, at ten times the tolerance, that they come "
-        "from",
-    )
+        "online and of runs with checkpoints",
+    ),
+    "--no-error": {
+        "dest": "error",
+        "action": "store_const",
+        "const": None,
+        "help": "no stated errors: without the second run, at ten times the tolerance, that they "
+        "come from",
+    },
+}
 
 
 def tolerance(options, usual: float = 1e-6) -> float:

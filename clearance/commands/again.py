@@ -1,10 +1,7 @@
 """`clearance run FILE.h5 --again`: a result made again from its own file."""
 
-import argparse
 import math
 from pathlib import Path
-
-from clearance.commands.common import add_options
 
 #: options that come from the file
 OF_THE_FILE = (
@@ -25,14 +22,10 @@ OF_THE_FILE = (
 )
 
 
-def add_option(p: argparse.ArgumentParser) -> None:
-    """--again, and what the options are where none are given."""
-    text = (
-        "CASE is a result file, or the folder of a fit: run it again, from the scene and the "
-        "options in it"
-    )
-    add_options(p, {"--again": text})
-    p.set_defaults(usual={name: p.get_default(name) for name in OF_THE_FILE})
+OPTIONS = {
+    "--again": "CASE is a result file, or the folder of a fit: run it again, from the scene and "
+    "the options in it"
+}
 
 
 def scene_of(options):
@@ -43,8 +36,8 @@ def scene_of(options):
     from clearance.run.again import again
     from clearance.scene.case import Case, Parameter
 
-    for name, usual in options.usual.items():
-        if getattr(options, name) != usual:
+    for name in OF_THE_FILE:
+        if getattr(options, name) != options.usual(name):
             word = "-p" if name == "parameters" else f"--{name.replace('_', '-')}"
             raise ValueError(f"{word} beside --again: the file {options.case} has it; leave it out")
     if (held := Path(options.case) / "run.h5").is_file():  # in the folder of a fit

@@ -1,24 +1,18 @@
 """`clearance bench-data`: measurements of a synthetic test bench."""
 
-import argparse
 from pathlib import Path
 
-from clearance.commands.common import add_command, add_options, listed, seed_of, show
+from clearance.commands.common import listed, seed_of, show
 from clearance.values.units import quantity
 
-
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "bench-data")
-    p.add_argument("joint", metavar="JOINT", choices=["ball_joint"], help="ball_joint")
-    options = {
-        "-o FILE": "measurement, .h5 or .csv (default ball_joint.h5)",
-        "--seed N": (0, "of scatter and noise, 0 is nearest the source"),
-        "--scatter X": (0.16, "of the level from run to run"),
-        "--preload LIST": ("5000", "preloads [N], each with the complete programme: 2000,5kN"),
-        "--noise X": (0.02, "of the torque in N m"),
-    }
-    return add_options(p, options)
+OPTIONS = {
+    "joint": {"metavar": "JOINT", "choices": ["ball_joint"], "help": "ball_joint"},
+    "-o FILE": "measurement, .h5 or .csv (default ball_joint.h5)",
+    "--seed N": (0, "of scatter and noise, 0 is nearest the source"),
+    "--scatter X": (0.16, "of the level from run to run"),
+    "--preload LIST": ("5000", "preloads [N], each with the complete programme: 2000,5kN"),
+    "--noise X": (0.02, "of the torque in N m"),
+}
 
 
 def run(options) -> int:

@@ -1,36 +1,23 @@
 """`clearance benchmark`: problems for any code, with reference values and their errors."""
 
-import argparse
 from pathlib import Path
 
 from clearance.commands.common import (
     DONE,
     FAILED,
     Line,
-    add_command,
-    add_options,
     json_text,
     number,
 )
 
-
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "benchmark", epilog="Their statements are in docs/benchmark.")
-    p.add_argument(
-        "names",
-        metavar="NAME",
-        nargs="*",
-        help="problems to run, or their numbers (default: list all)",
-    )
-    options = {
-        "--list": "list the problems",
-        "--against CSV": "compare another code's values of one problem; exit status 1 where one is "
-        "off",
-        "--rtol R": (number, None, "tolerance of the motions (1e-11)"),
-        "-o CSV": "write the references of one, run nothing",
-    }
-    return add_options(p, options)
+EXAMPLES = "Their statements are in docs/benchmark."
+OPTIONS = {
+    "names NAME *": "problems to run, or their numbers (default: list all)",
+    "--list": "list the problems",
+    "--against CSV": "compare another code's values of one problem; exit status 1 where one is off",
+    "--rtol R": (number, None, "tolerance of the motions (1e-11)"),
+    "-o CSV": "write the references of one, run nothing",
+}
 
 
 def run(options) -> int:

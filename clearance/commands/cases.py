@@ -1,20 +1,8 @@
 """`clearance cases`: the cases there are, with their parameters."""
 
-import argparse
+from clearance.commands.common import quiet, show
 
-from clearance.commands.common import add_command, quiet, show
-
-
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "cases")
-    p.add_argument(
-        "cases",
-        metavar="CASE",
-        nargs="*",
-        help="name of a case, or path to your own case file (default all cases)",
-    )
-    return p
+OPTIONS = {"cases CASE *": "name of a case, or path to your own case file (default all cases)"}
 
 
 def run(options) -> int:

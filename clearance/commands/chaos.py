@@ -2,11 +2,8 @@
 turns.
 """
 
-import argparse
 from dataclasses import dataclass
 from pathlib import Path
-
-from clearance.commands.common import add_options
 
 LOOKED_AT = 64  # turns over which a motion is looked at
 MEANING = (
@@ -14,22 +11,19 @@ MEANING = (
 )
 
 
-def add_turns(command: argparse.ArgumentParser) -> None:
-    """--max-turns and --starts."""
-    options = {
-        "--max-turns N": (
-            int,
-            None,
-            "of chaotic motion, whose statistics --error requests (default 5%): turns of all "
-            "starts together that they may take, at least 40 a start (default 20000)",
-        ),
-        "--starts N": (
-            int,
-            None,
-            "of chaotic motion: runs side by side, from different starts (default 4)",
-        ),
-    }
-    add_options(command, options)
+OPTIONS = {
+    "--max-turns N": (
+        int,
+        None,
+        "of chaotic motion, whose statistics --error requests (default 5%): turns of all "
+        "starts together that they may take, at least 40 a start (default 20000)",
+    ),
+    "--starts N": (
+        int,
+        None,
+        "of chaotic motion: runs side by side, from different starts (default 4)",
+    ),
+}
 
 
 @dataclass(frozen=True)

@@ -23,12 +23,12 @@ GOES_ON = "the same command goes on where this stopped"
 DESTINATIONS = {"-o": "output", "-p": "parameters", "--from": "start"}
 
 
-def add_command(commands, name: str, help: str | None = None, **more) -> argparse.ArgumentParser:
+def add_command(commands, name: str, help: str = "", **more) -> argparse.ArgumentParser:
     """A command whose own help begins with its line in the list of commands; help: that line, of
     one that `COMMANDS` does not have. An epilog of several lines keeps them.
     """
     help = help or COMMANDS[name]
-    if "\n" in more.get("epilog", ""):
+    if "\n" in (more.get("epilog") or ""):
         more["formatter_class"] = argparse.RawDescriptionHelpFormatter
     return commands.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.", **more)
 
@@ -74,23 +74,35 @@ def share(text: str) -> float:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def add_options(command: argparse.ArgumentParser, options: dict) -> argparse.ArgumentParser:
+#: what may stand behind a metavar
+FORMS: dict[str, dict] = {"...": {"default": [], "action": "append"}, "!": {"required": True}}
+FORMS |= {count: {"nargs": count} for count in "*+?"}
+
+
+def add_options(command, options: dict):
     """Options and arguments by their words, which are name and metavar: "--points N". One without a
-    metavar is a flag; with " ..." at its end it may be repeated.
+    metavar is a flag. Behind the metavar may stand "...", it may be repeated, "!", it is required,
+    or how many words it takes, as argparse has it.
 
     Each has its help, (default, help), or (kind, default, help). kind: a parser, or the unit of a
-    number; without it that of the default. The help states the default.
+    number; without it that of the default. The help states the default. A dictionary has the words
+    of argparse; that of "one of" has options that exclude each other.
     """
     for words, entry in options.items():
-        name, _, metavar = words.partition(" ")
+        if words == "one of":
+            add_options(command.add_mutually_exclusive_group(), entry)
+            continue
+        if isinstance(entry, dict):
+            command.add_argument(words, **entry)
+            continue
+        name, metavar, form = (*words.split(), "", "")[:3]
         *kind, default, text = (None, entry) if isinstance(entry, str) else entry
         parser = kind[0] if kind else PARSERS.get(type(default))
         parser = quantity_of(parser) if isinstance(parser, str) else parser
-        about = {"default": default, "metavar": metavar.removesuffix(" ..."), "type": parser}
+        about = {"default": default, "metavar": metavar, "type": parser} | FORMS.get(form, {})
         if not metavar:
             about = {"default": False, "action": "store_true"}
-        elif metavar.endswith(" ..."):
-            about |= {"default": [], "action": "append"}
+        elif form == "...":
             text += "; may be repeated"
         elif default is not None:
             shown = f"{default:g}" if isinstance(default, float) else default
@@ -114,22 +126,18 @@ def seed_of(options) -> int:
     return checks.whole("--seed", options.seed, 0, 2**63 - 1)
 
 
-def add_case(
-    command: argparse.ArgumentParser,
+def case_options(
     metavar: str = "NAME=VALUE",
     text: str = "a case parameter, such as speed=300rpm, clearance=0.1mm or clearance=H7/f7",
-) -> None:
+) -> dict:
     """The case and its parameters, for scene_of; metavar, text: of a parameter."""
-    options = {
-        "case CASE": "name of a case, or path to your own .py or .toml file",
-        f"-p {metavar} ...": text,
-    }
-    add_options(command, options)
+    case = {"case CASE": "name of a case, or path to your own .py or .toml file"}
+    return case | {f"-p {metavar} ...": text}
 
 
-def add_length(command) -> None:
-    """Options of the length of a run, in turns or seconds, for length_of."""
-    options = {
+#: length of a run, in turns or seconds, for length_of
+LENGTH = {
+    "one of": {
         "--turns TURNS": (number, None, "length in turns of the drive (default 2)"),
         "--until S": (
             "s",
@@ -138,7 +146,14 @@ def add_length(command) -> None:
             "file)",
         ),
     }
-    add_options(command.add_mutually_exclusive_group(), options)
+}
+#: for requests that `clearance.run.options` refuses
+FORCE = {"--force": "begin even what needs more than 2^31 rows, a day or the free disk"}
+#: for what goes on from its directory
+ACCEPT = {
+    "--accept-changes": "go on although the package, a law, a file or a number of the scene has "
+    "changed since"
+}
 
 
 def existing(path: str | Path) -> Path:
@@ -147,18 +162,6 @@ def existing(path: str | Path) -> Path:
     if not path.exists():
         raise FileNotFoundError(f"no file or directory {path}")
     return path
-
-
-def add_force(command: argparse.ArgumentParser) -> None:
-    """--force, for requests that `clearance.run.options` refuses."""
-    text = "begin even what needs more than 2^31 rows, a day or the free disk"
-    add_options(command, {"--force": text})
-
-
-def add_accept(command: argparse.ArgumentParser) -> None:
-    """--accept-changes, for what goes on from its directory."""
-    text = "go on although the package, a law, a file or a number of the scene has changed since"
-    add_options(command, {"--accept-changes": text})
 
 
 def parameter_lines(case, values: dict, scene) -> list[str]:

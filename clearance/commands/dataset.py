@@ -1,13 +1,10 @@
 """`clearance dataset`: labelled records of a case, with the noise of a sensor."""
 
-import argparse
 from pathlib import Path
 
 from clearance.commands.common import (
-    add_case,
-    add_command,
-    add_options,
     case_of,
+    case_options,
     given,
     seed_of,
     show,
@@ -25,26 +22,23 @@ and speed are drawn within a factor of 2 of their defaults.
 """
 
 
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "dataset", epilog=EXAMPLES)
-    add_case(p, "NAME=LOW:HIGH", "a parameter that is drawn, or NAME=VALUE, one that holds")
-    p.add_argument("--channels", required=True, metavar="PATHS", help="of each record: comma list")
-    options = {
-        "--points N": (1000, "records"),
-        "--seed N": (0, "of draw and noise"),
-        "--turns N": (2, "of a record"),
-        "--settle N": (2, "turns before it"),
-        "--samples-per-turn N": (360, "of a record"),
-        "--noise X": ("1%", "in SI, or of the range"),
-        "--lowpass ORDER:CORNER": "filter of the sensor, as 2:1000",
-        "--mounting X": ("0deg", "deviation of sensor angles"),
-        "--workers N": (int, None, "processes (default one a core)"),
-        "--baseline N": (int, None, "fit the first N records, add scores"),
-        "--quiet": "no progress and no summary",
-        "-o DIR": "folder (default CASE_dataset)",
-    }
-    return add_options(p, options)
+OPTIONS = case_options(
+    "NAME=LOW:HIGH", "a parameter that is drawn, or NAME=VALUE, one that holds"
+) | {
+    "--channels PATHS !": "of each record: comma list",
+    "--points N": (1000, "records"),
+    "--seed N": (0, "of draw and noise"),
+    "--turns N": (2, "of a record"),
+    "--settle N": (2, "turns before it"),
+    "--samples-per-turn N": (360, "of a record"),
+    "--noise X": ("1%", "in SI, or of the range"),
+    "--lowpass ORDER:CORNER": "filter of the sensor, as 2:1000",
+    "--mounting X": ("0deg", "deviation of sensor angles"),
+    "--workers N": (int, None, "processes (default one a core)"),
+    "--baseline N": (int, None, "fit the first N records, add scores"),
+    "--quiet": "no progress and no summary",
+    "-o DIR": "folder (default CASE_dataset)",
+}
 
 
 def run(options) -> int:

@@ -1,21 +1,15 @@
 """`clearance diff`: two runs side by side."""
 
-import argparse
 from fnmatch import fnmatchcase
 
-from clearance.commands.common import add_command, add_options, existing, show
+from clearance.commands.common import existing, show
 from clearance.files.texts import listed
 
-
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "diff")
-    options = {
-        "first A.h5": "a result file",
-        "second B.h5": "another one",
-        "--metrics LIST": 'only these: "joint_B_*" (default all)',
-    }
-    return add_options(p, options)
+OPTIONS = {
+    "first A.h5": "a result file",
+    "second B.h5": "another one",
+    "--metrics LIST": 'only these: "joint_B_*" (default all)',
+}
 
 
 def _short(fact: object) -> str:

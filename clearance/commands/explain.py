@@ -1,23 +1,15 @@
 """`clearance explain`: what a compiled scene contains, and what was left out."""
 
-import argparse
 import textwrap
 
 from clearance.commands.common import (
     Line,
-    add_case,
-    add_command,
-    add_options,
+    case_options,
     scene_of,
     show,
 )
 
-
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "explain")
-    add_case(p)
-    return add_options(p, {"--cost": "also measure what each part of such a scene costs"})
+OPTIONS = case_options() | {"--cost": "also measure what each part of such a scene costs"}
 
 
 def run(options) -> int:

@@ -1,28 +1,18 @@
 """`clearance export`: a case as C source, or as a unit of other people's models."""
 
-import argparse
-
 from clearance.commands.common import (
-    add_case,
-    add_command,
-    add_options,
+    case_options,
     log_to_terminal,
     scene_of,
     show,
 )
 
-
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "export")
-    add_case(p)
-    options = {
-        "--fmu FILE.fmu": "write a unit (FMI 3.0)",
-        "--c FOLDER": "write C99 source, with a main that prints a run",
-        "--page FILE.html": "write a page that computes: sliders move the mechanism",
-        "--check": "run the unit by FMPy beside the own run, and print the largest difference",
-    }
-    return add_options(p, options)
+OPTIONS = case_options() | {
+    "--fmu FILE.fmu": "write a unit (FMI 3.0)",
+    "--c FOLDER": "write C99 source, with a main that prints a run",
+    "--page FILE.html": "write a page that computes: sliders move the mechanism",
+    "--check": "run the unit by FMPy beside the own run, and print the largest difference",
+}
 
 
 def run(options) -> int:

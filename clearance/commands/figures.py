@@ -1,6 +1,5 @@
 """`clearance figures`: the figures and tables of the sources, and of the evidence."""
 
-import argparse
 import dataclasses
 import os
 import time
@@ -14,8 +13,6 @@ from clearance.commands.common import (
     DONE,
     FAILED,
     Line,
-    add_command,
-    add_options,
     json_text,
     make_folder,
 )
@@ -37,28 +34,19 @@ several folders; run times and fits are found anew.
 """
 
 
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "figures", epilog=EXAMPLES)
-    p.add_argument(
-        "names",
-        metavar="NAME",
-        nargs="*",
-        help="figures or patterns such as 'feeder_*' (default: all but those of --measure)",
-    )
-    options = {
-        "-o DIR": ("figures", "folder"),
-        "--results DIR": "folder of runs and sweeps, to share them (default -o/results)",
-        "--workers N": (
-            os.cpu_count() or 1,
-            "figures drawn at a time, but for those that measure run times: one a core",
-        ),
-        "--measure": "also the figures that measure the code: run times, scaling, extremes",
-        "--list": "only list them",
-        "--quick": "coarse previews: fewer turns, points and tolerances",
-        "--fresh": "run again what has been run before",
-    }
-    return add_options(p, options)
+OPTIONS = {
+    "names NAME *": "figures or patterns such as 'feeder_*' (default: all but those of --measure)",
+    "-o DIR": ("figures", "folder"),
+    "--results DIR": "folder of runs and sweeps, to share them (default -o/results)",
+    "--workers N": (
+        os.cpu_count() or 1,
+        "figures drawn at a time, but for those that measure run times: one a core",
+    ),
+    "--measure": "also the figures that measure the code: run times, scaling, extremes",
+    "--list": "only list them",
+    "--quick": "coarse previews: fewer turns, points and tolerances",
+    "--fresh": "run again what has been run before",
+}
 
 
 def run(options) -> int:

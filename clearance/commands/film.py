@@ -16,18 +16,16 @@ from clearance.commands.common import (
 )
 
 
-def add(commands) -> list[argparse.ArgumentParser]:
-    """The commands and their options."""
-    film = add_command(commands, "film")
-    whats = film.add_subparsers(dest="what", required=True, metavar="WHAT")
-    added = []
+def added(film) -> list[argparse.ArgumentParser]:
+    """The studies with their options."""
+    whats, studies = film.add_subparsers(dest="what", required=True, metavar="WHAT"), []
     for name, (text, action, *options) in STUDIES.items():
-        command = add_command(whats, name, help=text)
+        study = add_command(whats, name, text)
         for table in (*options, OUTPUT):
-            add_options(command, table)
-        command.set_defaults(study=action)
-        added.append(command)
-    return added
+            add_options(study, table)
+        study.set_defaults(study=action)
+        studies.append(study)
+    return studies
 
 
 def _mesh(text: str) -> tuple[int, int]:

@@ -1,13 +1,10 @@
 """`clearance fit`: parameters of a mechanism from its records, or intervals of planned ones."""
 
-import argparse
 from pathlib import Path
 
 from clearance.commands.common import (
     GOES_ON,
-    add_case,
-    add_command,
-    add_options,
+    case_options,
     listed,
     log_to_terminal,
     noted,
@@ -35,37 +32,33 @@ Of a record that has its own conditions: --data slow.csv,speed=300rpm. An interr
 """
 
 
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "fit", epilog=EXAMPLES)
-    add_case(p, "NAME=LOW:HIGH", "a parameter that is fitted, or NAME=VALUE, one that holds")
-    options = {
-        "--data FILE.csv ...": "a record, and after commas parameters that hold for it alone",
-        "--channels PATHS": "what was measured: comma list such as bodies/slider/ax, or as "
-        "PATH=COLUMN",
-        "--noise X": "standard deviation of an error of a value: 3mm, or 1% of the range of the "
-        "record; one, or one for each channel (default: that of the residuals)",
-        "--settle N": (
-            number,
-            None,
-            "turns (seconds, where nothing turns) before the records begin (default 2; 0)",
-        ),
-        "--nuisances NAMES": (
-            "auto",
-            "of shift, offset, gain, mounting: those of each record that are fitted too, or none; "
-            "auto: the shift of records over time, where something turns",
-        ),
-        "--lowpass ORDER:CORNER": "Butterworth filter of the sensor, such as 2:1000 for a corner "
-        "of 1000 Hz, or one for each channel: 2:1000,none",
-        "--starts N": (5, "of the search"),
-        "--seed N": (0, "of the starts"),
-        "--plan": "intervals that a record would give",
-        "--turns LIST": "of --plan: lengths of the record (1)",
-        "--speeds LIST": "of --plan: values of the parameter speed",
-        "--samples-per-turn N": (360, "of --plan"),
-        "-o DIR": "folder for fit.json, run.h5, pages",
-    }
-    return add_options(p, options)
+OPTIONS = case_options(
+    "NAME=LOW:HIGH", "a parameter that is fitted, or NAME=VALUE, one that holds"
+) | {
+    "--data FILE.csv ...": "a record, and after commas parameters that hold for it alone",
+    "--channels PATHS": "what was measured: comma list such as bodies/slider/ax, or as PATH=COLUMN",
+    "--noise X": "standard deviation of an error of a value: 3mm, or 1% of the range of the "
+    "record; one, or one for each channel (default: that of the residuals)",
+    "--settle N": (
+        number,
+        None,
+        "turns (seconds, where nothing turns) before the records begin (default 2; 0)",
+    ),
+    "--nuisances NAMES": (
+        "auto",
+        "of shift, offset, gain, mounting: those of each record that are fitted too, or none; "
+        "auto: the shift of records over time, where something turns",
+    ),
+    "--lowpass ORDER:CORNER": "Butterworth filter of the sensor, such as 2:1000 for a corner "
+    "of 1000 Hz, or one for each channel: 2:1000,none",
+    "--starts N": (5, "of the search"),
+    "--seed N": (0, "of the starts"),
+    "--plan": "intervals that a record would give",
+    "--turns LIST": "of --plan: lengths of the record (1)",
+    "--speeds LIST": "of --plan: values of the parameter speed",
+    "--samples-per-turn N": (360, "of --plan"),
+    "-o DIR": "folder for fit.json, run.h5, pages",
+}
 
 
 def run(options) -> int:

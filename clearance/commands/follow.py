@@ -1,15 +1,12 @@
 """`clearance follow`: a periodic motion of a case over a parameter."""
 
-import argparse
 from pathlib import Path
 
 from clearance.commands.common import (
+    ACCEPT,
     Line,
-    add_accept,
-    add_case,
-    add_command,
-    add_options,
     case_of,
+    case_options,
     given,
     listed,
     make_folder,
@@ -34,11 +31,10 @@ The same command goes on where it was interrupted.
 """
 
 
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "follow", epilog=EXAMPLES)
-    add_case(p, text="see below")
-    options = {
+OPTIONS = (
+    case_options(text="see below")
+    | ACCEPT
+    | {
         "--tolerance TOL": (share, 1e-6, "distance from the motion, as --steady"),
         "--points N": (500, "points of a curve"),
         "--step S": (
@@ -55,8 +51,7 @@ def add(commands) -> argparse.ArgumentParser:
         "--over SWEEP": "a sweep over the parameter, drawn behind the branch as dots",
         "-o DIR": "folder for CSV, HDF5 and picture",
     }
-    add_accept(p)
-    return add_options(p, options)
+)
 
 
 def run(options) -> int:

@@ -2,13 +2,10 @@
 one's own.
 """
 
-import argparse
 from pathlib import Path
 
 from clearance.commands.common import (
     Line,
-    add_command,
-    add_options,
     listed,
     make_folder,
     pair,
@@ -23,43 +20,33 @@ MOST_TRIALS = 6  # whose rms errors are listed
 APART = "bounds", "lag"
 
 
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "identify")
-    p.add_argument(
-        "--data",
-        required=True,
-        metavar="FILE",
-        help="measurement, HDF5 or CSV (see identify/records.py)",
-    )
-    options = {
-        "--model NAME": (
-            "lugre3d",
-            "lugre1d, lugre3d, curve, or lstm with the extra learn; one's own as FILE.py:NAME "
-            "(NAME only where the file has several), a law or any function of a record (see "
-            "identify/own.py)",
-        ),
-        "-p NAME=VALUE ...": "an option of the model, such as knots=0.01,0.1,1 network=4 "
-        "exponent=1 symmetric=no static=yes load=power nonnegative=yes smoothing=0.1, of the lstm "
-        "hidden=8",
-        "--bound NAME=LO:HI ...": "bounds of a parameter in its SI unit, such as "
-        "spin_stiffness=500:5000",
-        "--roles NAMES": ("training", "trials to fit: comma list"),
-        "--starts N": (
-            int,
-            None,
-            "points a nonlinear fit begins from (20, of a model of one's own 1)",
-        ),
-        "--lag": "fit a time by which the torque comes after its rate, too",
-        "--seed N": (0, "of the starts"),
-        "--trust-units": "read numbers that look like degrees, N mm or ms as SI",
-        "--predict FILE ...": "a measurement that is predicted, not fitted, such as of another "
-        "speed",
-        "--columns LIST": "headings of any CSV file: time=t,rate_z=speed,torque_z=torque",
-        "-o DIR": "folder for fit.h5, modelled.h5 and pictures",
-        "--plot": "draw pictures into the folder",
-    }
-    return add_options(p, options)
+OPTIONS = {
+    "--data FILE !": "measurement, HDF5 or CSV (see identify/records.py)",
+    "--model NAME": (
+        "lugre3d",
+        "lugre1d, lugre3d, curve, or lstm with the extra learn; one's own as FILE.py:NAME "
+        "(NAME only where the file has several), a law or any function of a record (see "
+        "identify/own.py)",
+    ),
+    "-p NAME=VALUE ...": "an option of the model, such as knots=0.01,0.1,1 network=4 "
+    "exponent=1 symmetric=no static=yes load=power nonnegative=yes smoothing=0.1, of the lstm "
+    "hidden=8",
+    "--bound NAME=LO:HI ...": "bounds of a parameter in its SI unit, such as "
+    "spin_stiffness=500:5000",
+    "--roles NAMES": ("training", "trials to fit: comma list"),
+    "--starts N": (
+        int,
+        None,
+        "points a nonlinear fit begins from (20, of a model of one's own 1)",
+    ),
+    "--lag": "fit a time by which the torque comes after its rate, too",
+    "--seed N": (0, "of the starts"),
+    "--trust-units": "read numbers that look like degrees, N mm or ms as SI",
+    "--predict FILE ...": "a measurement that is predicted, not fitted, such as of another speed",
+    "--columns LIST": "headings of any CSV file: time=t,rate_z=speed,torque_z=torque",
+    "-o DIR": "folder for fit.h5, modelled.h5 and pictures",
+    "--plot": "draw pictures into the folder",
+}
 
 
 def run(options) -> int:

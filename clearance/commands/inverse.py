@@ -1,32 +1,26 @@
 """`clearance inverse`: prescribed motion in, driving efforts and joint reactions out."""
 
-import argparse
 import time
 from pathlib import Path
 
 from clearance.commands.common import (
     FAILED,
-    add_case,
-    add_command,
-    add_length,
-    add_options,
+    LENGTH,
+    case_options,
     complain,
     length_of,
     scene_of,
     show,
 )
 
-
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "inverse")
-    add_case(p)
-    add_length(p)
-    options = {
+OPTIONS = (
+    case_options()
+    | LENGTH
+    | {
         "--samples N": (int, None, "output rows in all (default 400 a turn, or 401)"),
         "-o OUT": "result file (default CASE_inverse.h5)",
     }
-    return add_options(p, options)
+)
 
 
 def run(options) -> int:

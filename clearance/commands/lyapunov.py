@@ -1,30 +1,21 @@
 """`clearance lyapunov`: the largest Lyapunov exponent of a case."""
 
-import argparse
 import textwrap
 
 from clearance.commands.common import (
     Line,
-    add_case,
-    add_command,
-    add_options,
+    case_options,
     make_folder,
     publish,
     scene_of,
 )
 
-
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "lyapunov")
-    add_case(p)
-    options = {
-        "--turns N": (200, "turns of the drive that it is averaged over"),
-        "--settle N": (20, "turns before them, left out"),
-        "--interval S": ("s", None, "takes the place of a turn where nothing turns steadily"),
-        "-o DIR": "folder for table, picture and HDF5",
-    }
-    return add_options(p, options)
+OPTIONS = case_options() | {
+    "--turns N": (200, "turns of the drive that it is averaged over"),
+    "--settle N": (20, "turns before them, left out"),
+    "--interval S": ("s", None, "takes the place of a turn where nothing turns steadily"),
+    "-o DIR": "folder for table, picture and HDF5",
+}
 
 
 def run(options) -> int:

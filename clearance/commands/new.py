@@ -1,24 +1,18 @@
 """`clearance new`: a scene file to begin with, or a Python case."""
 
-import argparse
 from pathlib import Path
 
-from clearance.commands.common import add_command, add_options, scene_of, show
+from clearance.commands.common import scene_of, show
 from clearance.scene import templates
 from clearance.values.checks import meant
 
-
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "new")
-    options = {
-        "case MECHANISM": f"one of {', '.join(templates.NAMES)}; else a case or a result file, "
-        "whose numbers the file then has; with --python also your scene file",
-        "-p NAME=VALUE ...": "a parameter of a case",
-        "--python": "write the same scene as a Python case",
-        "-o FILE": "the file (default MECHANISM.toml)",
-    }
-    return add_options(p, options)
+OPTIONS = {
+    "case MECHANISM": f"one of {', '.join(templates.NAMES)}; else a case or a result file, "
+    "whose numbers the file then has; with --python also your scene file",
+    "-p NAME=VALUE ...": "a parameter of a case",
+    "--python": "write the same scene as a Python case",
+    "-o FILE": "the file (default MECHANISM.toml)",
+}
 
 
 def run(options) -> int:

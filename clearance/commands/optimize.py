@@ -1,14 +1,11 @@
 """`clearance optimize`: parameters of a mechanism that give the least metric under limits."""
 
-import argparse
 from pathlib import Path
 
 from clearance.commands.common import (
     GOES_ON,
-    add_case,
-    add_command,
-    add_length,
-    add_options,
+    LENGTH,
+    case_options,
     log_to_terminal,
     noted,
     number,
@@ -34,12 +31,10 @@ deviation: limits are kept for a --share of machines. An interrupted search goes
 """
 
 
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "optimize", epilog=EXAMPLES)
-    add_case(p, "NAME=LOW:HIGH", "a parameter that is searched for, or NAME=VALUE, one that holds")
-    add_length(p)
-    options = {
+OPTIONS = (
+    case_options("NAME=LOW:HIGH", "a parameter that is searched for, or NAME=VALUE, one that holds")
+    | LENGTH
+    | {
         "--minimize METRIC ...": "the goal; two goals in all give a front",
         "--maximize METRIC ...": "the goal; two goals in all give a front",
         "--limit LIMIT ...": '"METRIC > VALUE" or "METRIC < VALUE", such as "joints/B/gap_min > '
@@ -57,7 +52,7 @@ def add(commands) -> argparse.ArgumentParser:
         "--designs N": (20, "of a front, at most"),
         "-o DIR": "folder for optimum.json, run.h5, map, pages",
     }
-    return add_options(p, options)
+)
 
 
 def run(options) -> int:

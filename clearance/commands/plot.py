@@ -1,8 +1,6 @@
 """`clearance plot`: pictures of run files and of sweeps."""
 
-import argparse
-
-from clearance.commands.common import add_command, add_options, number, show
+from clearance.commands.common import number, show
 from clearance.postprocess.pictures import (
     FRAMES,
     OF_LIVES,
@@ -35,74 +33,58 @@ of a scatter, the curves of other sweeps.
 """
 
 
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(
-        commands,
-        "plot",
-        epilog=EXAMPLES,
-        usage="clearance plot FILE_OR_DIR [MORE_FILES ...] [KIND] [options] [-o PICTURE]",
-    )
-    p.add_argument(
-        "inputs",
-        metavar="FILE_OR_DIR",
-        nargs="+",
-        help=f"run file, several of them ({', '.join(OF_SEVERAL)}), or sweep directory; then the "
-        f"KIND of picture. Of runs: {', '.join(OF_RUNS)}; of sweeps: {', '.join(OF_SWEEPS)}; of "
-        f"lives: {', '.join(OF_LIVES)}",
-    )
-    options = {
-        "--channels NAMES": "comma list of channels: history, phase, poincare, spectrum, "
-        "bifurcation",
-        "--joint NAMES": "comma list of clearance joints: orbit, contacts, guide; one: poincare, "
-        "pressure; of hinges and slides with friction: friction",
-        "--surface NAME": "bearing or journal: life",
-        "--along ALONG": "time, turns or angle of the drive: history",
-        "--last TURNS": (number, None, "only the last turns: history"),
-        "--measured FILE.csv": "measured data over time or drive angle, with units in the header, "
-        "to lay over a channel of --channels, CHANNEL or CHANNEL=COLUMN",
-        "--column NAME": "column of the measured data, where there are several",
-        "--shift T": "where in the run the measured data begin (default: found)",
-        "--settle TURNS": (
-            number,
-            None,
-            "turns left out at the start: phase, spectrum, contacts (default 0), poincare "
-            "(default 2), bifurcation (default the first half of the runs)",
-        ),
-        "--angle ANGLE": ("rad", None, "of the drive, such as 90deg: poincare, bifurcation"),
-        "--turns TURNS": (
-            number,
-            None,
-            "last turns shown: animation (default 1); instant shown, in turns from the start: "
-            "sketch (default 0)",
-        ),
-        "--frames N": (int, None, f"animation (default {FRAMES}, or all samples)"),
-        "--magnify X": (
-            number,
-            None,
-            "clearances over the mechanism: animation (default as fits)",
-        ),
-        "--metrics NAMES": "comma list of metrics or patterns: map, curves, scatter, tornado",
-        "--x NAME": "parameter along the axis: map, curves, bifurcation",
-        "--y NAME": "parameter along the other axis: map",
-        "-o PICTURE": "picture (.png, .pdf, .svg; an animation .gif, .mp4); default beside the "
-        "input, named after the kind",
-    }
-    p.add_argument(
-        "--only-settled",
-        action="store_true",
-        default=None,
-        help="leave out points whose motion did not come back to itself within the run: map, "
+USAGE = "clearance plot FILE_OR_DIR [MORE_FILES ...] [KIND] [options] [-o PICTURE]"
+OPTIONS = {
+    "inputs FILE_OR_DIR +": f"run file, several of them ({', '.join(OF_SEVERAL)}), or sweep "
+    f"directory; then the KIND of picture. Of runs: {', '.join(OF_RUNS)}; of sweeps: "
+    f"{', '.join(OF_SWEEPS)}; of lives: {', '.join(OF_LIVES)}",
+    "--only-settled": {
+        "action": "store_true",
+        "default": None,
+        "help": "leave out points whose motion did not come back to itself within the run: map, "
         "curves",
-    )
-    p.add_argument(
-        "--at",
-        action="append",
-        metavar="NAME=VALUE",
-        help="hold a swept parameter at the value nearest to this: map, curves, bifurcation; may "
-        "be repeated",
-    )
-    return add_options(p, options)
+    },
+    "--at": {
+        "action": "append",
+        "metavar": "NAME=VALUE",
+        "help": "hold a swept parameter at the value nearest to this: map, curves, bifurcation; "
+        "may be repeated",
+    },
+    "--channels NAMES": "comma list of channels: history, phase, poincare, spectrum, bifurcation",
+    "--joint NAMES": "comma list of clearance joints: orbit, contacts, guide; one: poincare, "
+    "pressure; of hinges and slides with friction: friction",
+    "--surface NAME": "bearing or journal: life",
+    "--along ALONG": "time, turns or angle of the drive: history",
+    "--last TURNS": (number, None, "only the last turns: history"),
+    "--measured FILE.csv": "measured data over time or drive angle, with units in the header, "
+    "to lay over a channel of --channels, CHANNEL or CHANNEL=COLUMN",
+    "--column NAME": "column of the measured data, where there are several",
+    "--shift T": "where in the run the measured data begin (default: found)",
+    "--settle TURNS": (
+        number,
+        None,
+        "turns left out at the start: phase, spectrum, contacts (default 0), poincare "
+        "(default 2), bifurcation (default the first half of the runs)",
+    ),
+    "--angle ANGLE": ("rad", None, "of the drive, such as 90deg: poincare, bifurcation"),
+    "--turns TURNS": (
+        number,
+        None,
+        "last turns shown: animation (default 1); instant shown, in turns from the start: "
+        "sketch (default 0)",
+    ),
+    "--frames N": (int, None, f"animation (default {FRAMES}, or all samples)"),
+    "--magnify X": (
+        number,
+        None,
+        "clearances over the mechanism: animation (default as fits)",
+    ),
+    "--metrics NAMES": "comma list of metrics or patterns: map, curves, scatter, tornado",
+    "--x NAME": "parameter along the axis: map, curves, bifurcation",
+    "--y NAME": "parameter along the other axis: map",
+    "-o PICTURE": "picture (.png, .pdf, .svg; an animation .gif, .mp4); default beside the "
+    "input, named after the kind",
+}
 
 
 def run(options) -> int:

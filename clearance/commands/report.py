@@ -1,28 +1,21 @@
 """`clearance report`: one HTML file about a run or a sweep."""
 
-import argparse
 from pathlib import Path
 
-from clearance.commands.common import add_command, add_options, existing, number, pair, show
+from clearance.commands.common import existing, number, pair, show
 
-
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "report")
-    options = {
-        "input FILE_OR_DIR": "run file, or sweep directory",
-        "-o OUT.html": "report (default FILE.html beside a run file, report.html in a sweep "
-        "directory)",
-        "--settle N": (
-            number,
-            None,
-            "turns of a run's start-up, whose numbers stand apart (default 1)",
-        ),
-        "--section BODY=SIZES ...": "cross-section of a link, whose bending is estimated: a "
-        "diameter, as rod=12mm, or width and height in the plane, as rod=10mmx20mm (default: a "
-        "round steel bar of its mass)",
-    }
-    return add_options(p, options)
+OPTIONS = {
+    "input FILE_OR_DIR": "run file, or sweep directory",
+    "-o OUT.html": "report (default FILE.html beside a run file, report.html in a sweep directory)",
+    "--settle N": (
+        number,
+        None,
+        "turns of a run's start-up, whose numbers stand apart (default 1)",
+    ),
+    "--section BODY=SIZES ...": "cross-section of a link, whose bending is estimated: a "
+    "diameter, as rod=12mm, or width and height in the plane, as rod=10mmx20mm (default: a "
+    "round steel bar of its mass)",
+}
 
 
 def run(options) -> int:

@@ -1,13 +1,12 @@
 """`clearance run`: a case, integrated, into a result file."""
 
-import argparse
 import json
 import time
 from pathlib import Path
 
 from clearance.commands import again, chaos, sensitivities, steady
 from clearance.commands.accuracy import (
-    add_error,
+    ERROR,
     document,
     error_line,
     prefixed,
@@ -16,11 +15,9 @@ from clearance.commands.accuracy import (
 )
 from clearance.commands.common import (
     FAILED,
-    add_case,
-    add_command,
-    add_force,
-    add_length,
-    add_options,
+    FORCE,
+    LENGTH,
+    case_options,
     channel_patterns,
     complain,
     length_of,
@@ -34,13 +31,10 @@ from clearance.commands.common import (
 )
 from clearance.run.interrupts import terminable
 
-
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "run")
-    add_case(p)
-    add_length(p)
-    options = {
+OPTIONS = (
+    case_options()
+    | LENGTH
+    | {
         "--rtol R": (number, None, "local error tolerance (default 1e-6)"),
         "--method METHOD": ("auto", "auto, dop853, rodas5p, radau5, radau9 or radau"),
         "--max-step S": ("s", None, "longest step, where loads act briefly"),
@@ -74,12 +68,12 @@ def add(commands) -> argparse.ArgumentParser:
         "journals where their films carry the joint forces",
         "--plot": "draw a picture beside the result file",
     }
-    add_options(p, options)
-    for add_some in (add_error, add_force, sensitivities.add_option, steady.add_periodic):
-        add_some(p)
-    again.add_option(p)
-    chaos.add_turns(p)
-    return p
+    | ERROR
+    | FORCE
+    | sensitivities.OPTIONS
+    | steady.OPTIONS
+)
+OPTIONS |= again.OPTIONS | chaos.OPTIONS
 
 
 def run(options) -> int:

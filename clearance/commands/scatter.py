@@ -1,6 +1,5 @@
 """`clearance scatter`: a case whose parameters vary by chance."""
 
-import argparse
 import time
 from functools import partial
 from pathlib import Path
@@ -8,17 +7,15 @@ from pathlib import Path
 from clearance.commands.common import (
     DONE,
     FAILED,
-    add_case,
-    add_command,
-    add_options,
     case_of,
+    case_options,
     given,
     pair,
     quiet,
     show,
     taken,
 )
-from clearance.commands.sweep import OF_MANY, add_runs, going_on
+from clearance.commands.sweep import OF_MANY, RUNS, going_on
 from clearance.values import checks
 from clearance.values.units import behind
 
@@ -39,19 +36,17 @@ input.
 """
 
 
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "scatter", epilog=EXAMPLES)
-    add_case(p, text="see below")
-    options = {
+OPTIONS = (
+    case_options(text="see below")
+    | RUNS
+    | {
         "--points N": (1024, "runs in all, at most"),
         "--seed N": (0, "the same seed, the same points"),
         "--limit METRIC=VALUE ...": "probability that a metric exceeds this (of minima, falls "
         "below it)",
         "-o DIR": "directory (default CASE_scatter); the picture too",
     }
-    add_runs(p)
-    return add_options(p, options)
+)
 
 
 def run(options) -> int:

@@ -1,21 +1,16 @@
 """Sensitivities in what `clearance run` prints: the option, plain data, lines."""
 
-import argparse
 import math
 
 from clearance.commands.accuracy import prefix
-from clearance.commands.common import add_options
 
 SHOWN = 8  # metrics in print
 
 
-def add_option(command: argparse.ArgumentParser) -> None:
-    """--sensitivity."""
-    text = (
-        "differentiate the metrics by these parameters, such as clearance,viscosity or "
-        "joints/B/clearance; of one that is 0 with the size that counts: load=1N"
-    )
-    add_options(command, {"--sensitivity NAMES": text})
+OPTIONS = {
+    "--sensitivity NAMES": "differentiate the metrics by these parameters, such as "
+    "clearance,viscosity or joints/B/clearance; of one that is 0 with the size that counts: load=1N"
+}
 
 
 def document(result) -> dict:

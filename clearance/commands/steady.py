@@ -1,6 +1,5 @@
 """`clearance run --steady`: the periodic motion of a case in place of a run from its start."""
 
-import argparse
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -8,7 +7,6 @@ from pathlib import Path
 from clearance.commands.accuracy import rounded_up
 from clearance.commands.common import (
     Line,
-    add_options,
     channel_patterns,
     log_to_terminal,
     share,
@@ -29,22 +27,19 @@ LISTED = 6  # multipliers in print, at most
 LEAST = 1e-6  # error of a multiplier in print, at least
 
 
-def add_periodic(command: argparse.ArgumentParser) -> None:
-    """--steady, the most turns it may wait, and its period."""
-    options = {
-        "--steady TOL": (
-            share,
-            None,
-            "solve for the periodic motion, to this distance in natural sizes, such as 1e-6; the "
-            "file holds one period",
-        ),
-        "--most-turns N": (
-            400,
-            "of --steady: turns after which no periodic motion is expected any more",
-        ),
-        "--period S": ("s", None, "of --steady: takes the place of the turn of the drive"),
-    }
-    add_options(command, options)
+OPTIONS = {
+    "--steady TOL": (
+        share,
+        None,
+        "solve for the periodic motion, to this distance in natural sizes, such as 1e-6; the "
+        "file holds one period",
+    ),
+    "--most-turns N": (
+        400,
+        "of --steady: turns after which no periodic motion is expected any more",
+    ),
+    "--period S": ("s", None, "of --steady: takes the place of the turn of the drive"),
+}
 
 
 def check(options) -> None:

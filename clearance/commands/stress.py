@@ -1,29 +1,20 @@
 """`clearance stress`: the stiff and extreme matrix."""
 
-import argparse
-
 from clearance.commands.common import (
     DONE,
     FAILED,
     Line,
-    add_command,
-    add_options,
     make_folder,
     publish,
 )
 from clearance.values import checks
 
-
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "stress")
-    p.add_argument("case", metavar="CASE", nargs="?", help="only this case (or: random)")
-    options = {
-        "--quick": "a seventh of the matrix, short runs",
-        "--workers N": (int, None, "processes (default: one a core)"),
-        "-o DIR": "folder for table, picture and HDF5",
-    }
-    return add_options(p, options)
+OPTIONS = {
+    "case CASE ?": "only this case (or: random)",
+    "--quick": "a seventh of the matrix, short runs",
+    "--workers N": (int, None, "processes (default: one a core)"),
+    "-o DIR": "folder for table, picture and HDF5",
+}
 
 
 def run(options) -> int:

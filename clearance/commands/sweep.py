@@ -1,6 +1,5 @@
 """`clearance sweep`: a case at many points."""
 
-import argparse
 import logging
 import sys
 import time
@@ -11,15 +10,13 @@ from pathlib import Path
 
 from clearance.commands.accuracy import tolerance
 from clearance.commands.common import (
+    ACCEPT,
     DONE,
     FAILED,
+    FORCE,
     GOES_ON,
-    add_accept,
-    add_case,
-    add_command,
-    add_force,
-    add_options,
     case_of,
+    case_options,
     channel_patterns,
     complain,
     given,
@@ -34,7 +31,7 @@ from clearance.run.interrupts import terminable
 from clearance.values.units import behind, unit_in
 
 SHOWN = 12  # metrics in the summary
-#: options of a sweep, and of `add_runs`
+#: options of a sweep, and of `RUNS`
 OF_SWEEP = "force compression error sensitivity method max_step max_steps samples_per_turn"
 OF_MANY = "turns until rtol settle workers scheduler retry_failed accept_changes"
 EXAMPLES = """\
@@ -56,60 +53,44 @@ guide, "Sweeps".
 """
 
 
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "sweep", epilog=EXAMPLES)
-    add_case(p, "NAME=VALUES", "see below")
-    options = {
-        "--zip A,B ...": "parameters whose lists go together",
-        "--sample N": (int, None, "N points drawn from the ranges instead of a grid"),
-        "--kind KIND": "how points are drawn: latin (hypercube) or random (default latin)",
-        "--seed N": (int, None, "of the draw: the same seed, the same points (default 0)"),
-        "--sensitivity NAMES": "columns <metric>_by_<parameter> of these parameters, and their "
-        "stated errors",
-        "--method METHOD": "see `clearance run` (default auto)",
-        "--max-step S": ("s", None, "longest step"),
-        "--max-steps N": (int, None, "a run that needs more steps fails (default no limit)"),
-        "--samples-per-turn N": (number, None, "output rows a turn (default 400)"),
-        "--channels PATHS": 'stored in run files: comma list of patterns, "all" (default) or '
-        '"none"',
-        "--compression 0..9": (0, "gzip level of run files"),
-        "--metric FILE.py:NAME ...": "a metric of your own",
-        "--plot": "draw the usual picture into the directory: the map of a grid, else curves",
-        "-o DIR": "sweep directory (default CASE_sweep)",
-    }
-    p.add_argument(
-        "--error",
-        nargs="?",
-        const="state",
-        metavar="E",
-        help="a column <metric>_error for each metric; with E, such as 1e-3 or "
-        "joint_B_force_max=1e-4, each point at the tolerance that reaches it",
-    )
-    add_runs(p)
-    add_force(p)
-    return add_options(p, options)
-
-
-def add_runs(p: argparse.ArgumentParser) -> None:
-    """Options of many runs: their length, tolerance and metrics, and the processes that make
-    them.
-    """
-    length = {
+#: options of many runs: their length, tolerance and metrics, and the processes that make them
+RUNS = {
+    "one of": {
         "--turns TURNS": (number, None, "length of each run in turns of the drive (default 2)"),
         "--until S": ("s", None, "length of each run in seconds"),
-    }
-    add_options(p.add_mutually_exclusive_group(), length)
-    options = {
-        "--rtol R": (number, None, "local error tolerance (default 1e-6)"),
-        "--settle TURNS": (number, None, "turns left out of the metrics (default the first)"),
-        "--workers N": (int, None, "threads, or processes (default: one a core)"),
-        "--scheduler ADDRESS": "of a Dask scheduler whose workers run the points",
-        "--retry-failed": "also run again what failed",
-        "--quiet": "no progress, no summary",
-    }
-    add_options(p, options)
-    add_accept(p)
+    },
+    "--rtol R": (number, None, "local error tolerance (default 1e-6)"),
+    "--settle TURNS": (number, None, "turns left out of the metrics (default the first)"),
+    "--workers N": (int, None, "threads, or processes (default: one a core)"),
+    "--scheduler ADDRESS": "of a Dask scheduler whose workers run the points",
+    "--retry-failed": "also run again what failed",
+    "--quiet": "no progress, no summary",
+} | ACCEPT
+ERROR = {
+    "nargs": "?",
+    "const": "state",
+    "metavar": "E",
+    "help": "a column <metric>_error for each metric; with E, such as 1e-3 or "
+    "joint_B_force_max=1e-4, each point at the tolerance that reaches it",
+}
+OPTIONS = case_options("NAME=VALUES", "see below") | {"--error": ERROR} | RUNS | FORCE
+OPTIONS |= {
+    "--zip A,B ...": "parameters whose lists go together",
+    "--sample N": (int, None, "N points drawn from the ranges instead of a grid"),
+    "--kind KIND": "how points are drawn: latin (hypercube) or random (default latin)",
+    "--seed N": (int, None, "of the draw: the same seed, the same points (default 0)"),
+    "--sensitivity NAMES": "columns <metric>_by_<parameter> of these parameters, and their "
+    "stated errors",
+    "--method METHOD": "see `clearance run` (default auto)",
+    "--max-step S": ("s", None, "longest step"),
+    "--max-steps N": (int, None, "a run that needs more steps fails (default no limit)"),
+    "--samples-per-turn N": (number, None, "output rows a turn (default 400)"),
+    "--channels PATHS": 'stored in run files: comma list of patterns, "all" (default) or "none"',
+    "--compression 0..9": (0, "gzip level of run files"),
+    "--metric FILE.py:NAME ...": "a metric of your own",
+    "--plot": "draw the usual picture into the directory: the map of a grid, else curves",
+    "-o DIR": "sweep directory (default CASE_sweep)",
+}
 
 
 @contextmanager

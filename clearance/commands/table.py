@@ -1,25 +1,20 @@
 """`clearance table`: a run for other programs."""
 
-import argparse
 from pathlib import Path
 
-from clearance.commands.common import add_command, add_options, existing, show
+from clearance.commands.common import existing, show
 from clearance.files.texts import listed
 
 SUFFIXES = (".csv", ".mat", ".tex", ".bib")
 
 
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "table")
-    options = {
-        "file RUN.h5": "a result file",
-        "-o FILE": ".csv or .mat: channels along time; .tex: metrics with errors; .bib: sources of "
-        "the laws (default RUN.csv)",
-        "--channels LIST": 'of .csv and .mat: "bodies/slider/*" (all)',
-        "--metrics LIST": 'of .tex: "joint_B_*" (all)',
-    }
-    return add_options(p, options)
+OPTIONS = {
+    "file RUN.h5": "a result file",
+    "-o FILE": ".csv or .mat: channels along time; .tex: metrics with errors; .bib: sources of "
+    "the laws (default RUN.csv)",
+    "--channels LIST": 'of .csv and .mat: "bodies/slider/*" (all)',
+    "--metrics LIST": 'of .tex: "joint_B_*" (all)',
+}
 
 
 def run(options) -> int:

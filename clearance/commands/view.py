@@ -1,11 +1,8 @@
 """`clearance view`: a page on which runs move, and a map whose points open their runs."""
 
-import argparse
 from pathlib import Path
 
 from clearance.commands.common import (
-    add_command,
-    add_options,
     existing,
     listed,
     number,
@@ -25,29 +22,24 @@ channels, of the runs of a sweep the last two turns. In the page, ? lists the ke
 """
 
 
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "view", epilog=EXAMPLES)
-    text = "run files, up to six, or one sweep directory"
-    p.add_argument("inputs", metavar="FILE_OR_DIR", nargs="+", help=text)
-    options = {
-        "-o PAGE.html": "page (default FILE.view.html beside a run file, view.html in a sweep "
-        "directory)",
-        "--channels NAMES": "comma list of the curves that are shown first, as in plot (default: "
-        "accelerations, efforts, forces, films)",
-        "--settle N": (
-            number,
-            None,
-            "turns of the start-up, which the page opens after (default 1); seconds where nothing "
-            "turns",
-        ),
-        "--measured FILE.csv": "measured data over time or drive angle, with units in the header, "
-        "laid over the first of --channels, or CHANNEL=COLUMN (default: the channel that its "
-        "column names)",
-        "--column NAME": "column of the measured data, where there are several",
-        "--shift T": "where in the run the measured data begin (default: found)",
-    }
-    return add_options(p, options)
+OPTIONS = {
+    "inputs FILE_OR_DIR +": "run files, up to six, or one sweep directory",
+    "-o PAGE.html": "page (default FILE.view.html beside a run file, view.html in a sweep "
+    "directory)",
+    "--channels NAMES": "comma list of the curves that are shown first, as in plot (default: "
+    "accelerations, efforts, forces, films)",
+    "--settle N": (
+        number,
+        None,
+        "turns of the start-up, which the page opens after (default 1); seconds where nothing "
+        "turns",
+    ),
+    "--measured FILE.csv": "measured data over time or drive angle, with units in the header, "
+    "laid over the first of --channels, or CHANNEL=COLUMN (default: the channel that its "
+    "column names)",
+    "--column NAME": "column of the measured data, where there are several",
+    "--shift T": "where in the run the measured data begin (default: found)",
+}
 
 
 def _measured(options, source) -> list:

@@ -1,15 +1,12 @@
 """`clearance wear`: the life of a mechanism whose joints wear, over many turns."""
 
-import argparse
 from pathlib import Path
 
 from clearance.commands.common import (
+    ACCEPT,
     Line,
-    add_accept,
-    add_case,
-    add_command,
-    add_options,
     case_of,
+    case_options,
     noted,
     number,
     scene_of,
@@ -39,21 +36,14 @@ OF_MANY = "workers scheduler retry_failed"
 LIFE = ("_depth", "_volume", "_to_depth", "life_error")
 
 
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "wear", epilog=EXAMPLES)
-    add_case(p)
-    p.add_argument(
-        "--turns", type=number, required=True, help="turns of the drive in the complete life"
-    )
-    p.add_argument(
-        "-o",
-        dest="output",
-        metavar="DIR",
-        required=True,
-        help="directory of the life; one that is there goes on",
-    )
-    options = {
+OPTIONS = (
+    case_options()
+    | {
+        "--turns TURNS !": (number, None, "turns of the drive in the complete life"),
+        "-o DIR !": "directory of the life; one that is there goes on",
+    }
+    | ACCEPT
+    | {
         "--share X": (0.25, "growth of a depth in a jump, over the clearance"),
         "--tolerance X": (0.05, "change of the wear of a turn over a jump"),
         "--settle N": (2, "turns of a stage left out"),
@@ -72,8 +62,7 @@ def add(commands) -> argparse.ArgumentParser:
         "--scheduler ADDRESS": "of a sweep: a Dask scheduler",
         "--retry-failed": "of a sweep: also what failed",
     }
-    add_accept(p)
-    return add_options(p, options)
+)
 
 
 def run(options) -> int:

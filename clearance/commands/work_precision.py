@@ -2,31 +2,24 @@
 physics.
 """
 
-import argparse
-
 from clearance.commands.common import (
+    LENGTH,
     Line,
-    add_case,
-    add_command,
-    add_length,
-    add_options,
+    case_options,
     make_folder,
     publish,
     scene_of,
 )
 
-
-def add(commands) -> argparse.ArgumentParser:
-    """The command and its options."""
-    p = add_command(commands, "work-precision")
-    add_case(p)
-    add_length(p)
-    options = {
+OPTIONS = (
+    case_options()
+    | LENGTH
+    | {
         "--peers": "also numbalsoda, SUNDIALS where installed",
         "--physics": "compare choices of physics instead of solvers",
         "-o DIR": "folder for table, picture and HDF5",
     }
-    return add_options(p, options)
+)
 
 
 def run(options) -> int:
