@@ -1,6 +1,11 @@
 """Regimes of joints, and the limits of their models."""
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
 
 from clearance.elements import ClearanceRevolute
 from clearance.elements.joint import Joint
@@ -41,66 +46,67 @@ class Regime:
     film_pressure: largest, an estimate [Pa]; piezoviscous_number: alpha p at that pressure;
         flattening_ratio: elastic flattening p t / E_oed over the thinnest film, with the joint's
         layer t (default half the radius) and
-    E_oed = E (1 - nu) / ((1 + nu) (1 - 2 nu)); film_thickness_ratio: smallest, None without
+    E_oed = E (1 - nu) / ((1 + nu) (1 - 2 nu)); film_thickness_ratio: smallest, infinite without
     roughness.
     """
 
     film_pressure: float
     piezoviscous_number: float
     flattening_ratio: float
-    film_thickness_ratio: float | None = None
+    film_thickness_ratio: float = math.inf
+
+    def formal(self, joint: ClearanceRevolute) -> dict:
+        """True or False by kind of place at which rigid, isoviscous, smooth theory is only formal;
+        of many runs arrays.
+        """
+        law, through = joint.transition and joint.transition.law, joint.film.law.through_wall
+        rough = bool(joint.rough_layer or law and law.carries_roughness)
+        lacking = bool(rough and law and law.needs_asperity and joint.asperity is None)
+        rigid = joint.elastic is None and not through
+        return {
+            "smooth": (self.film_thickness_ratio < FULL_FILM) & (not rough),
+            "alone": (self.film_thickness_ratio < TOUCHING) & lacking,
+            "beyond": (self.piezoviscous_number > THICKEST) & through,
+            "thickened": (self.piezoviscous_number > PIEZOVISCOUS) & rigid,
+            "flattened": (self.flattening_ratio > FLATTENING) & rigid,
+        }
 
     def warnings(self, joint: ClearanceRevolute) -> list[str]:
-        """Places at which rigid, isoviscous, smooth theory is only formal."""
-        warnings, pressure = [], f"film pressure reaches about {self.film_pressure / 1e6:.3g} MPa"
-        ratio = self.film_thickness_ratio
-        law = joint.transition and joint.transition.law
-        through = joint.film.law.through_wall
-        rough = joint.rough_layer or law is not None and law.carries_roughness
-        if ratio is not None and ratio < FULL_FILM and not rough:
-            rigid = "without deflection " if through else ""
-            warnings.append(
-                f"{rigid}the film thickness ratio falls to {ratio:.2g}; below {FULL_FILM:g} "
-                f"asperities share the load and a "
-                "smooth film alone is only formal"
-            )
-        if rough and law and law.needs_asperity and joint.asperity is None and ratio < TOUCHING:
-            warnings.append(
-                f"the film thickness ratio falls to {ratio:.2g}; below {TOUCHING:g} asperities "
-                f"carry a large share, which {law.name} has from an asperity law alone: give one, "
-                "such as greenwood_tripp"
-            )
-        if through and self.piezoviscous_number > THICKEST:
-            number = f"alpha p {self.piezoviscous_number:.2g}"
-            warnings.append(f"{pressure}: {number}, the film's table is meant up to {THICKEST:g}")
-        elastic = joint.elastic is not None or through
-        if self.piezoviscous_number > PIEZOVISCOUS and not elastic:
-            number = self.piezoviscous_number
-            warnings.append(
-                f"{pressure}: piezoviscous number {number:.2g}, a constant viscosity is only formal"
-            )
-        if self.flattening_ratio > FLATTENING and not elastic:
-            number = self.flattening_ratio
-            warnings.append(
-                f"{pressure}: it flattens the surfaces by {number:.2g} of the film: "
-                f"rigid is only formal"
-            )
-        return [f"{joint.label()}: {f}" for f in warnings]
+        """These places in words."""
+        pressure = f"film pressure reaches about {self.film_pressure / 1e6:.3g} MPa"
+        ratio, number = self.film_thickness_ratio, self.piezoviscous_number
+        without = "without deflection " if joint.film.law.through_wall else ""
+        thin = f"the film thickness ratio falls to {ratio:.2g}; below"
+        texts = {
+            "smooth": f"{without}{thin} {FULL_FILM:g} asperities share the load and a smooth film "
+            "alone is only formal",
+            "alone": f"{thin} {TOUCHING:g} asperities carry a large share, which "
+            f"{joint.transition and joint.transition.law.name} has from an asperity law alone: "
+            "give one, such as greenwood_tripp",
+            "beyond": f"{pressure}: alpha p {number:.2g}, the film's table is meant up to "
+            f"{THICKEST:g}",
+            "thickened": f"{pressure}: piezoviscous number {number:.2g}, a constant viscosity is "
+            "only formal",
+            "flattened": f"{pressure}: it flattens the surfaces by {self.flattening_ratio:.2g} of "
+            "the film: rigid is only formal",
+        }
+        places = self.formal(joint).items()
+        return [f"{joint.label()}: {texts[kind]}" for kind, there in places if there]
 
 
-def regime(joint: ClearanceRevolute, pressure: float, gap: float) -> Regime:
+def regime(joint: ClearanceRevolute, pressure, gap, number: Callable | None = None) -> Regime:
     """Diagnostics from the largest film pressure [Pa] and the smallest gap [m] of a run.
 
-    In rough joints the film is no thinner than the mean gap, about the roughness.
+    In rough joints the film is no thinner than the mean gap, about the roughness. number: gives a
+    number of the joint by its name; of many runs arrays, as pressure and gap are.
     """
-    thinnest = max(
-        gap,
-        (joint.roughness or 0.0) if joint.transition is not None else 0.0,
-        1e-9 * joint.clearance,
-    )
-    layer = layer_of(joint)
+    number = number or partial(getattr, joint)
+    roughness = 0.0 if joint.roughness is None else number("roughness")
+    thinnest = np.maximum(gap, 1e-9 * number("clearance"))
+    if joint.transition is not None:
+        thinnest = np.maximum(thinnest, roughness)
     oedometric = oedometric_modulus(joint.material.young, min(joint.material.poisson, 0.49))
-    ratio = gap / joint.roughness if joint.roughness is not None else None
-    flattening = pressure * layer / oedometric / thinnest
+    flattening = pressure * layer_of(joint) / oedometric / thinnest
     alpha = joint.film.values.get("pressure_viscosity", joint.lubricant.pressure_viscosity)
+    ratio = math.inf if joint.roughness is None else gap / roughness
     return Regime(pressure, alpha * pressure, flattening, ratio)

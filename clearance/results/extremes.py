@@ -159,19 +159,14 @@ class Extremes:
         """Column of each quantity."""
         return {name: i for i, name in enumerate(self.names)}
 
-    def inside(self, begin: float, end: float, column: int) -> np.ndarray | slice:
-        """Stretches whose extreme lies between two times; where no times are stored, those that lie
-        completely there.
+    def inside(self, begin: float, end: float) -> np.ndarray:
+        """True for extremes that lie between two times [s], (stretches, quantities); where no times
+        are stored, for stretches that lie completely there.
         """
-        if self._timeless[column]:
-            return self.whole(begin, end)
-        times, slack = self.times[:, column], ROUNDING * self.length
-        return (times >= begin - slack) & (times <= end + slack)
-
-    @cached_property
-    def _timeless(self) -> np.ndarray:
-        """True for quantities whose times are not stored."""
-        return np.isnan(self.times).any(axis=0)
+        slack = ROUNDING * self.length
+        inside = (self.times >= begin - slack) & (self.times <= end + slack)
+        inside[self.whole(begin, end)] |= np.isnan(self.times).any(axis=0)
+        return inside
 
     def whole(self, begin: float, end: float) -> slice:
         """Stretches that lie completely between two times [s]."""
@@ -197,34 +192,26 @@ class Extremes:
         """Values of all quantities as `of` gives them, infinite where there is none, and their
         times.
         """
-        slack = ROUNDING * self.length
-        signs = np.array([*map(sign_of, self.names)])
-        inside = (self.times >= begin - slack) & (self.times <= end + slack)
-        inside[self.whole(begin, end)] |= self._timeless
+        inside, signs = self.inside(begin, end), np.array([*map(sign_of, self.names)])
         best = np.where(inside, signs * self.values, -np.inf).argmax(axis=0)
         columns = np.arange(len(self.names))
         values = np.where(inside[best, columns], self.values[best, columns], np.inf)
         return values, self.times[best, columns]
 
     @cached_property
-    def _of_run(self) -> list[list[float]]:
-        """Outermost values of the entire run, and their times."""
-        return [numbers.tolist() for numbers in self.outermost(0.0, math.inf)]
+    def _outermost(self) -> dict[tuple, list[list[float]]]:
+        """Outermost values and their times, by begin and end."""
+        return {}
 
     def of(self, name: str, begin: float = 0.0, end: float = math.inf) -> Extreme | None:
         """Outermost of the extremes that lie between two times [s]; None where there is none.
 
         In a stretch that the times cut, an extreme beside them hides those between them.
         """
-        column = self.columns[name]
-        if begin <= 0.0 and end == math.inf and math.isfinite(self._of_run[0][column]):
-            return Extreme(self._of_run[0][column], self._of_run[1][column])
-        inside = self.inside(begin, end, column)
-        values, times = self.values[inside, column], self.times[inside, column]
-        if not np.isfinite(values).any():
-            return None
-        i = int((sign_of(name) * values).argmax())
-        return Extreme(float(values[i]), float(times[i]))
+        if (begin, end) not in self._outermost:
+            self._outermost[begin, end] = [v.tolist() for v in self.outermost(begin, end)]
+        value, time = (row[self.columns[name]] for row in self._outermost[begin, end])
+        return Extreme(value, time) if math.isfinite(value) else None
 
 
 def better(name: str, extremes: Iterable[Extreme | None]) -> Extreme | None:

@@ -36,7 +36,6 @@ DATASPACE, ATTRIBUTE, CONTINUATION, ABOUT = 0x01, 0x0C, 0x10, 0x15  # types of m
 NOWHERE = b"\xff" * 8  # place of what is not there
 VARYING = 9  # class of a type whose values stand in a heap
 REFERENCE = struct.Struct("<IQI")  # to one of them: its length, its heap, its number there
-WORD = 0xFFFFFFFF
 HEAP = 4096  # bytes of a global heap, at least
 
 #: attributes by place ("" is the root), columns by path
@@ -69,40 +68,6 @@ def _checksums() -> tuple[Callable, Callable] | None:
 def available() -> bool:
     """True where files can be made from images."""
     return _checksums() is not None
-
-
-def readable(image: bytes) -> bytes:
-    """An image that opens, with the checksum of its superblock.
-
-    HDF5 1.14 clears the mark of an open file in an image, and leaves the checksum over the mark.
-    """
-    out = bytearray(image)
-    struct.pack_into("<I", out, SUPERBLOCK - 4, lookup3(image[: SUPERBLOCK - 4]))
-    return bytes(out)
-
-
-def lookup3(data: bytes) -> int:
-    """HDF5's checksum of a header, in words of four bytes, where its library hides it.
-
-    Source: B. Jenkins, lookup3.c (2006), hashlittle from 0.
-    """
-    words = struct.unpack(f"<{len(data) // 4}I", data)
-    x = y = z = (0xDEADBEEF + len(data)) & WORD
-    for i in range(0, len(words), 3):
-        if i:
-            for turn in (4, 6, 8, 16, 19, 4):
-                x, y, z = y, (z + y) & WORD, (x - z & WORD) ^ _turned(z, turn)
-        x, y, z = (
-            (a + b) & WORD for a, b in zip((x, y, z), (*words[i : i + 3], 0, 0), strict=False)
-        )
-    x, y, z = z, y, x
-    for turn in (14, 11, 25, 16, 4, 14, 24):
-        x, y, z = z, ((x ^ y) - _turned(y, turn)) & WORD, y
-    return y
-
-
-def _turned(word: int, turn: int) -> int:
-    return (word << turn | word >> (32 - turn)) & WORD
 
 
 @dataclass(frozen=True)

@@ -393,9 +393,10 @@ class Record(Drawn, ABC):
             raise KeyError(
                 f"no stated error of {name!r}: {errors.reason or 'it is no located extreme'}"
             )
-        inside, column = located.inside(begin, end, located.columns[name]), located.columns[name]
+        column = located.columns[name]
         value, units = self.extreme(name, begin, end).value, located.units[column]
         parts = errors.extremes.stated, errors.extremes.film
+        inside = located.inside(begin, end)[:, column]
         stated, film = (float(part[inside, column].max(initial=0.0)) for part in parts)
         searched = located.of(name, begin, end)
         if searched is None or value != searched.value:

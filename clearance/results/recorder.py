@@ -19,7 +19,7 @@ from typing import IO
 import numpy as np
 
 from clearance.elements.regimes import Regime
-from clearance.results.extremes import JOINT_EXTREMES, Extreme, Extremes, Integrals
+from clearance.results.extremes import JOINT_EXTREMES, Extremes, Integrals
 from clearance.results.record import Record
 from clearance.values.later import Later, Postponed
 
@@ -249,22 +249,19 @@ class MemoryRecord(Record):
         return self._samples_taken.count
 
     @cached_property
-    def _between_times(self) -> dict[tuple, tuple]:
-        """Parts cut, outermost extremes and their times, by begin and end."""
+    def _cuts(self) -> dict[tuple, list]:
+        """Parts cut, by begin and end."""
         return {}
 
     def extreme(self, name, begin=0.0, end=math.inf):
         """As of any record; what lies between two times is looked up once for all quantities."""
-        if self.located is None or name not in self.located:
-            return super().extreme(name, begin, end)
-        if (begin, end) not in self._between_times:
-            outermost = self.located.outermost(begin, end)
-            self._between_times[begin, end] = self._cut(self.located, begin, end), *outermost
-        cut, values, times = self._between_times[begin, end]
-        column = self.located.columns[name]
-        if cut or not math.isfinite(values[column]):
-            return super().extreme(name, begin, end)
-        return Extreme(float(values[column]), float(times[column]))
+        located, between = self.located, (begin, end)
+        if located is not None and name in located:
+            if between not in self._cuts:
+                self._cuts[between] = self._cut(located, begin, end)
+            if not self._cuts[between] and (outermost := located.of(name, begin, end)):
+                return outermost
+        return super().extreme(name, begin, end)
 
     def facts(self, group: str) -> dict:
         return self._facts.get(group, {})
@@ -545,9 +542,7 @@ class Recorder:
     def know_regime(self, joint, regime: Regime) -> None:
         """Diagnostics of a lubricated joint as attributes of its group, with means of its film."""
         group = f"joints/{joint.name}"
-        self.add_facts(
-            group, **{name: value for name, value in vars(regime).items() if value is not None}
-        )
+        self.add_facts(group, **{n: value for n, value in vars(regime).items() if value < math.inf})
         means = {f"{group}/membership_{s}": f"share_{s}" for s in ("full_film", "mixed", "dry")}
         means[f"{group}/asperity_share"] = "mean_asperity_share"
         sums = self.summary

@@ -6,6 +6,7 @@ each goes a dimension of its own, so that xarray opens the entire file as a tree
 checksums: reading a damaged file names the place.
 """
 
+import io
 import math
 import shutil
 import weakref
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clearance.files.locks import replace_file, replacing, temporary_file, temporary_name
+from clearance.files.locks import replace_file, replacing, temporary_file
 from clearance.results.errors import Errors, ExtremeErrors
 from clearance.results.extremes import Extremes, Integrals
 from clearance.results.reading import (
@@ -49,9 +50,9 @@ from clearance.results.tables import (
     error_groups,
     errors_of,
     extremes_group,
-    in_memory,
     integrals_group,
     integrals_of,
+    reopened,
 )
 from clearance.scene.document import check
 
@@ -320,7 +321,7 @@ class MemoryResult(HeldResult):
     @cached_property
     def file(self):
         """Its file, in memory."""
-        return in_memory(temporary_name(self.reader.path), self.image)
+        return reopened(io.BytesIO(self.image))
 
     @cached_property
     def path(self) -> Path:

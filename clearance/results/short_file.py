@@ -17,7 +17,7 @@ import numpy as np
 
 from clearance.files.locks import replace_file, temporary_file
 from clearance.results.reading import ABOUT, MemoryReader, checked
-from clearance.results.recorder import EVENT_COLUMNS, SOLVER_COLUMNS, Memory, Ranges, Samples
+from clearance.results.recorder import SOLVER_COLUMNS, Memory, Ranges, Samples
 from clearance.results.result import DIMENSIONS, EVENT_TEXTS, HeldResult, MemoryResult, Result
 from clearance.results.stream import (
     FULL,
@@ -25,9 +25,9 @@ from clearance.results.stream import (
     ImageSink,
     Stream,
     Unwritable,
-    along_text,
     check_name,
     closing,
+    columns_of,
     lock_of,
     opening,
     ranged,
@@ -279,13 +279,9 @@ class ShortFile(Memory):
     def _all(self) -> tuple[dict, dict]:
         """All columns, and the attributes of groups and columns."""
         groups, ranges = self.groups_at_end(self.ended[-1]), self.ended[-1]
-        texts = {"time": ("s", "time")} | {f"events/{n}": ("1", t) for n, t in EVENT_TEXTS.items()}
-        texts |= {f"{g}/{n}": ("1", along_text(g)) for g, n in DIMENSIONS.items()}
-        for group, columns in ("events", EVENT_COLUMNS), ("solver", SOLVER_COLUMNS):
-            texts |= {f"{group}/{n}": about for n, about in columns.items()}
-        texts |= {f"{p}/{n}": g.about[n] for p, g in groups.items() for n in g.columns}
         channels = [(i, self.channels[i]) for i in self.kept]
-        texts |= {c.path: (c.units, c.long_name) for _, c in channels}
+        texts = columns_of(c for _, c in channels)
+        texts |= {f"{p}/{n}": g.about[n] for p, g in groups.items() for n in g.columns}
         about = {path: dict(zip(ABOUT, pair, strict=True)) for path, pair in texts.items()}
         for i, channel in channels if ranges else ():
             about[channel.path]["actual_range"] = ranges.of(i)

@@ -2,12 +2,13 @@
 
 import errno
 import fnmatch
+import io
 import os
 import re
 import shutil
 import zlib
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -29,10 +30,10 @@ from clearance.results.tables import (
     check_result,
     compact_groups,
     extremes_group,
-    image_of,
     in_memory,
     integrals_group,
     provenance,
+    reopened,
 )
 from clearance.values import checks
 
@@ -75,6 +76,22 @@ def spots(channels: Sequence) -> list[str]:
     """
     touching = (re.fullmatch(r"joints/(.+)/contact_force(?:_(.+))?", c.path) for c in channels)
     return ["/".join(filter(None, match.groups())) for match in touching if match]
+
+
+#: tables that go along a dimension of their own, without values: units of columns, what they are
+TABLES = {
+    "events": EVENT_COLUMNS | {n: ("1", text) for n, text in EVENT_TEXTS.items()},
+    "solver": SOLVER_COLUMNS,
+}
+
+
+def columns_of(channels: Iterable) -> dict[str, tuple[str, str]]:
+    """Units of the columns of a run with these channels, and what they are, by path."""
+    columns = {"time": ("s", "time")} | {c.path: (c.units, c.long_name) for c in channels}
+    for group, table in TABLES.items():
+        columns |= {f"{group}/{n}": about for n, about in table.items()}
+        columns[f"{group}/{DIMENSIONS[group]}"] = "1", f"dimension of the columns of /{group}"
+    return columns
 
 
 STEP_LOG = "solver/step"
@@ -243,10 +260,10 @@ class Stream(FinishedFile):
         if key not in _images:
             while len(_images) >= MOST_IMAGES:
                 del _images[next(iter(_images))]
-            self.file = in_memory(temporary_name(self.path))
-            self._create()
-            _images[key] = image_of(self.file)
-            self.file.close()
+            content = io.BytesIO()
+            with in_memory(content) as self.file:
+                self._create()
+            _images[key] = content.getvalue()
         return _images[key]
 
     def _find(self) -> None:
@@ -254,10 +271,7 @@ class Stream(FinishedFile):
         self.checks = Counter[str]()
         self.time = self.file["time"]
         self.columns = [self.file[self.channels[i].path] for i in self.kept]
-        names = {"events": (*EVENT_COLUMNS, *EVENT_TEXTS), "solver": SOLVER_COLUMNS}
-        self.tables = {
-            g: {n: self.file[f"{g}/{n}"] for n in columns} for g, columns in names.items()
-        }
+        self.tables = {g: {n: self.file[f"{g}/{n}"] for n in table} for g, table in TABLES.items()}
 
     def _claim(self, room: int) -> None:
         """Have so many bytes set aside behind what has been flushed.
@@ -318,59 +332,42 @@ class Stream(FinishedFile):
         return f"what {'fitted' if self.full else 'was computed'} is stored in {self.path}"
 
     def _create(self) -> None:
-        channels = [self.channels[i] for i in self.kept]
-        compact_groups(self.file, [c.path.rpartition("/")[0] for c in channels] + [*DIMENSIONS])
-        scale = self._dataset("time", "s", "time")
+        file, channels = self.file, [self.channels[i] for i in self.kept]
+        compact_groups(file, [c.path.rpartition("/")[0] for c in channels] + [*DIMENSIONS])
+        kinds: dict = {f"{group}/{name}": ">f4" for group, name in DIMENSIONS.items()}
+        # texts of one length, for checksums do not cover others
+        for name, texts in ("joint", spots(self.channels)), ("kind", CONTACT_KINDS):
+            length = max([1, *(len(text.encode()) for text in texts)])
+            kinds[f"events/{name}"] = h5py.string_dtype("utf-8", length)
+        for path, about in columns_of(channels).items():
+            kind = kinds.get(path, np.float64)
+            data = file.create_dataset(path, (0,), kind, maxshape=(None,), **self.layout)
+            data.attrs.update(zip(ABOUT, about, strict=True))
+        scale = file["time"]
         scale.make_scale("time")
-        for column in [self._dataset(c.path, c.units, c.long_name) for c in channels]:
+        for channel in channels:
+            column = file[channel.path]
             column.dims[0].attach_scale(scale)
-            group = column.parent
-            if "time" not in group:
+            if "time" not in column.parent:
                 # the same dataset under a second name: each group opens with its times
-                group["time"] = scale
-        texts = {"joint": spots(self.channels), "kind": CONTACT_KINDS}
-        for group, columns in (("events", EVENT_COLUMNS), ("solver", SOLVER_COLUMNS)):
-            datasets = {
-                n: self._dataset(f"{group}/{n}", units, text)
-                for n, (units, text) in columns.items()
-            }
-            if group == "events":
-                datasets |= {
-                    n: self._texts(f"events/{n}", text, texts[n]) for n, text in EVENT_TEXTS.items()
-                }
-            self._along(group, list(datasets.values()))
-
-    def _dataset(self, path: str, units: str, long_name: str, dtype=np.float64):
-        data = self.file.create_dataset(path, (0,), dtype, maxshape=(None,), **self.layout)
-        data.attrs["units"], data.attrs["long_name"] = units, long_name
-        return data
-
-    def _texts(self, path: str, long_name: str, longest_of: Sequence[str]):
-        """A column of texts of one length, for checksums do not cover others."""
-        length = max([1, *(len(text.encode()) for text in longest_of)])
-        data = self._dataset(path, "1", long_name, h5py.string_dtype("utf-8", length))
-        data.attrs["_Encoding"] = "utf-8"  # for xarray
-        return data
-
-    def _along(self, group: str, columns: list) -> None:
-        """Give the columns of a table a dimension of their own, which has no values; time is a
-        coordinate along it.
-        """
-        dimension = self._dataset(f"{group}/{DIMENSIONS[group]}", "1", along_text(group), ">f4")
-        dimension.make_scale(NO_VALUES)
-        for column in columns:
-            column.dims[0].attach_scale(dimension)
-            if not column.name.endswith("/time"):
-                column.attrs["coordinates"] = "time"
+                column.parent["time"] = scale
+        for group, table in TABLES.items():
+            dimension = file[f"{group}/{DIMENSIONS[group]}"]
+            dimension.make_scale(NO_VALUES)
+            for name in table:
+                column = file[f"{group}/{name}"]
+                column.dims[0].attach_scale(dimension)
+                if name != "time":  # which is a coordinate along the dimension
+                    column.attrs["coordinates"] = "time"
+                if name in EVENT_TEXTS:
+                    column.attrs["_Encoding"] = "utf-8"  # for xarray
 
     def rows(self, times: np.ndarray, rows: np.ndarray) -> None:
         self._append([self.time, *self.columns], [times, *(rows[:, i] for i in self.kept)])
 
     def impacts(self, joints: list[str], rows: np.ndarray, kind: str) -> None:
-        table = self.tables["events"]
-        columns = [table[n] for n in (*EVENT_COLUMNS, "joint", "kind")]
         texts = (np.char.encode(t, "utf-8") for t in (joints, [kind] * len(rows)))
-        self._append(columns, [*rows.T[1:], *texts])
+        self._append(list(self.tables["events"].values()), [*rows.T[1:], *texts])
 
     def steps(self, log: np.ndarray) -> None:
         if self.logs:
@@ -445,11 +442,6 @@ class Stream(FinishedFile):
         self._place()
 
 
-def along_text(group: str) -> str:
-    """Description of the dimension of a table."""
-    return f"dimension of the columns of /{group}"
-
-
 def opening(attributes: Mapping, moment: float | None = None) -> dict:
     """Attributes of a file whose run is under way, without checksums; those of who made it too,
     unless they stand among them.
@@ -494,11 +486,11 @@ class ImageSink(Stream):
     image = b""
 
     def _lock(self) -> None:
-        """Nothing is written; HDF5 needs a name of its own for each image."""
-        self.partial = temporary_name(self.path)
+        """Nothing is written."""
 
     def _open(self, room: int) -> h5py.File:
-        return in_memory(self.partial, self._empty())
+        self.content = io.BytesIO(self._empty())
+        return reopened(self.content)
 
     def _claim(self, room: int) -> None:
         """Memory is not a disk."""
@@ -507,8 +499,10 @@ class ImageSink(Stream):
         """There is nothing that writes to a disk."""
 
     def _place(self) -> None:
-        """The file stays open: what `image` is made of can be looked up in it."""
-        self.image = image_of(self.file)
+        """The file is opened again: what `image` is made of can be looked up in it."""
+        self.file.close()
+        self.image = self.content.getvalue()
+        self.file = reopened(self.content)
 
 
 def filters(compression: int) -> dict:

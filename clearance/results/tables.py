@@ -4,8 +4,8 @@ Tables of a result file are declared once: located extremes, integrals, stated e
 """
 
 import datetime
+import io
 import json
-import os
 import platform
 import shutil
 import sys
@@ -108,11 +108,12 @@ def save_tables(
     path, about = Path(path), provenance() | {"format": kind} | attributes
     if not dated:
         del about["created"]
-    with in_memory(path, dated=dated) as file:
+    content = io.BytesIO()
+    with in_memory(content, dated) as file:
         file.attrs.update(checked(about))
         for name, (length, columns) in tables.items():
             write_table(file, name, length, columns)
-        replace_file(path, image_of(file))
+    replace_file(path, content.getvalue())
     return path
 
 
@@ -146,23 +147,25 @@ def create_column(
     group.create_dataset(name, data=values, dtype=values.dtype, **layout).attrs.update(about)
 
 
-def in_memory(path: Path, image: bytes | None = None, dated: bool = True) -> h5py.File:
-    """An HDF5 file that is made in memory: on a full disk HDF5 can neither write one nor let go of
-    it.
+def in_memory(content: io.BytesIO, dated: bool = True) -> h5py.File:
+    """An HDF5 file whose bytes are made in memory: on a full disk HDF5 can neither write one nor
+    let go of it.
 
-    image: of another one, to go on with; dated: it has the time at which it was made.
+    dated: it has the time at which it was made.
     """
     access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
-    access.set_fapl_core(backing_store=False)
+    access.set_fileobj_driver(h5py.h5fd.fileobj_driver, content)
     access.set_libver_bounds(h5py.h5f.LIBVER_V18, h5py.h5f.LIBVER_V18)
-    name = os.fsencode(path)
-    if image is not None:
-        access.set_file_image(image)
-        return h5py.File(h5py.h5f.open(name, h5py.h5f.ACC_RDWR, access))
     root = h5py.h5p.create(h5py.h5p.FILE_CREATE)
     root.set_attr_phase_change(COMPACT, 0)
     root.set_obj_track_times(dated)
+    name = repr(content).encode()
     return h5py.File(h5py.h5f.create(name, h5py.h5f.ACC_TRUNC, root, access))
+
+
+def reopened(content: io.BytesIO) -> h5py.File:
+    """Such a file, opened again."""
+    return h5py.File(content, "r+", libver=LIBVER)
 
 
 def compact_groups(file: h5py.File, paths: Iterable[str]) -> None:
@@ -174,14 +177,6 @@ def compact_groups(file: h5py.File, paths: Iterable[str]) -> None:
         for group in ("/".join(parts[:i]) for i in range(1, len(parts) + 1)):
             if group and group not in file:
                 h5py.h5g.create(file.id, group.encode(), gcpl=properties)
-
-
-def image_of(file: h5py.File) -> bytes:
-    """The bytes of a file that is made in memory."""
-    from clearance.results.hdf5_image import readable
-
-    file.flush()
-    return readable(file.id.get_file_image())
 
 
 NUMBERS, WHOLE, TEXTS = "f", "i", "U"  # kinds of columns
