@@ -5,13 +5,11 @@ touches.py. Whatever differs between lanes is this size: no lane waits for anoth
 """
 
 from clearance.lanes.probes import add_probes, falling, met_inside
-from clearance.lanes.rows import Piece, Rows
+from clearance.lanes.rows import Piece, split
 from clearance.lanes.steps import (
     ARRIVED,
     FINISH,
     ITERATE,
-    Entries,
-    Shape,
     Trial,
     advance,
     grown,
@@ -19,7 +17,7 @@ from clearance.lanes.steps import (
     refused,
     start,
 )
-from clearance.lanes.watch import Moment, Watch, look
+from clearance.lanes.watch import look
 from clearance.mechanism.build import Mechanism
 from clearance.stepping import control, status
 from clearance.stepping.control import NEWTON_FAILED, STIFF_ENOUGH
@@ -52,7 +50,7 @@ def unfit(mechanism: Mechanism) -> str | None:
     return None
 
 
-def add_rows(rows: Rows, shape: Shape) -> None:
+def add_rows(rows, shape) -> None:
     """Rows that this method needs."""
     n = shape.states
     rows.add("error", "last_h", "felt", "stiff", "mild")
@@ -63,7 +61,7 @@ def add_rows(rows: Rows, shape: Shape) -> None:
         add_probes(rows, shape)
 
 
-def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
+def begin(rows, shape, entries) -> Piece:
     """The begin of a phase of a run: rates, contacts, first step."""
     piece = start(rows, shape, entries, ORDER, NEXT)
     if shape.contacts:
@@ -72,28 +70,32 @@ def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     return piece
 
 
-def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
+def prepare(rows, shape, entries) -> Piece:
     """Nothing: a trial begins with its step."""
     return Piece(rows, NEXT)
 
 
-def sum_of(piece: Piece, weights, slopes: list[list], i: int):
+def sum_of(piece, weights, slopes: list[list], i: int):
     """Weighted sum of the slopes of a state."""
     return piece.weighted(weights, [slope[i] for slope in slopes])
 
 
-def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
+def add_stages(piece, shape, entries, h, slopes: list[list], count: int) -> list:
+    """Add slopes to those of the first stages, up to so many; the states of the last stage."""
+    t, y, n, inner = piece["t"], piece.all("y"), shape.states, []
+    for s in range(len(slopes), count):
+        inner = [y[i] + h * sum_of(piece, A[s, :s], slopes, i) for i in range(n)]
+        slopes.append(piece.call(entries.rhs, t + h * C[s], [*inner, *y[n:]]))
+    return inner
+
+
+def iterate(rows, shape, entries) -> Piece:
     """One trial step, of the size that the control or the search for a contact gives."""
     piece, n = Piece(rows, ITERATE), shape.states
     t, y = piece["t"], piece.all("y")
-    h, failed = proposed(piece)
-    if shape.contacts:
-        aimed = piece["aimed"] > 0.5
-        h, failed = piece.choose(aimed, piece["h"], h), piece.choose(aimed, 0.0, failed)
-    slopes, inner = [piece.all("f")], y
-    for s in range(1, STAGES):
-        inner = [y[i] + h * sum_of(piece, A[s, :s], slopes, i) for i in range(n)]
-        slopes.append(piece.call(entries.rhs, t + h * C[s], [*inner, *y[n:]]))
+    h, failed = proposed(piece, shape)
+    slopes = [piece.all("f")]
+    inner = add_stages(piece, shape, entries, h, slopes, STAGES)
     new = [y[i] + h * sum_of(piece, B, slopes, i) for i in range(shape.size)]
     slope = piece.call(entries.rhs, t + h, new)
     error = error_of(piece, shape, h, new, [*slopes, slope])
@@ -107,13 +109,13 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
         slope=slope,
         stages=[v for row in slopes for v in row[:n]],
     )
-    trial = Trial(new, slope, error, piece.none(h < 0.0), finite, [], [])
+    trial = Trial(new, slope, error, piece.none(h < 0.0), finite, [])
     factor = refused(piece, trial, accurate, accurate, ORDER)
     if shape.contacts:
         ends = piece.call(entries.spots, t + h, new)
         piece.set(ends=ends)
         factor = falling(piece, shape, finite, ends, factor)
-        factor = piece.choose(aimed, NEWTON_FAILED, factor)
+        factor = piece.choose(piece["aimed"] > 0.5, NEWTON_FAILED, factor)
         piece.keep(piece.none(accurate), aimed=0.0)
     give_way(piece, accurate, h * factor)
     phase = piece.choose(accurate, FINISH, ITERATE)
@@ -121,7 +123,7 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     return piece
 
 
-def give_way(piece: Piece, accurate, step) -> None:
+def give_way(piece, accurate, step) -> None:
     """Make the next step shorter after one that is refused."""
     piece.keep(
         piece.none(accurate),
@@ -132,7 +134,7 @@ def give_way(piece: Piece, accurate, step) -> None:
     )
 
 
-def error_of(piece: Piece, shape: Shape, h, new: list, slopes: list[list]):
+def error_of(piece, shape, h, new: list, slopes: list[list]):
     """Error over tolerance, see `dop853.step`."""
     n, y, rtol, high, low = shape.states, piece.all("y"), piece["rtol"], 0.0, 0.0
     for i, scale in enumerate(piece.all("scale")):
@@ -146,7 +148,7 @@ def error_of(piece: Piece, shape: Shape, h, new: list, slopes: list[list]):
     return piece.largest(error, h * piece.sqrt(high * (1.0 / max(n, 1))) * share * (1.0 / FIFTH))
 
 
-def stiffness(piece: Piece, n: int, h, states: tuple, slopes: tuple):
+def stiffness(piece, n: int, h, states: tuple, slopes: tuple):
     """Step times the largest eigenvalue felt."""
     apart, change = 0.0, 0.0
     for i, scale in enumerate(piece.all("scale")):
@@ -157,14 +159,12 @@ def stiffness(piece: Piece, n: int, h, states: tuple, slopes: tuple):
 
 
 # --- the end of a step
-def dense(piece: Piece, shape: Shape, entries: Entries) -> list:
+def dense(piece, shape, entries) -> list:
     """Dense output of the trial step, see `dop853.interpolant`."""
-    n, t, h, y = shape.states, piece["t"], piece["h"], piece.all("y")
+    h, y = piece["h"], piece.all("y")
     new, slope, values = piece.all("new"), piece.all("slope"), piece.all("stages")
-    slopes = [*(values[s * n : (s + 1) * n] for s in range(STAGES)), slope]
-    for s in range(STAGES + 1, 16):
-        inner = [y[i] + h * sum_of(piece, A[s, :s], slopes, i) for i in range(n)]
-        slopes.append(piece.call(entries.rhs, t + h * C[s], [*inner, *y[n:]]))
+    slopes = [*split(values, STAGES), slope]
+    add_stages(piece, shape, entries, h, slopes, 16)
     rows: list[list] = [[] for _ in range(DEGREE)]
     within, at_ends = 0.0, 0.0
     for i, scale in enumerate(piece.all("scale")):
@@ -181,16 +181,16 @@ def dense(piece: Piece, shape: Shape, entries: Entries) -> list:
     return [v for row in (*rows[:3], *high) for v in row]
 
 
-def settled(piece: Piece, shape: Shape, entries: Entries, theta, t, of: str = "") -> list:
+def settled(piece, shape, entries, theta, t, of: str = "") -> list:
     """States inside a step, where no rate is stiff; of: "sample_" for the step of a sample."""
     moved = piece.along(piece.all(f"{of}polynomial"), theta, shape.states)
     return [a + b for a, b in zip(piece.all(f"{of}base"), moved, strict=True)]
 
 
-def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
+def finish(rows, shape, entries, watch) -> Piece:
     """The end of a step, with its outputs, unless a contact starts or ends inside it."""
-    piece, n = Piece(rows, FINISH), shape.states
-    t, h, y, new = piece["t"], piece["h"], piece.all("y"), piece.all("new")
+    piece = Piece(rows, FINISH)
+    h, new = piece["h"], piece.all("new")
     polynomial, taken = dense(piece, shape, entries), h >= 0.0
     if shape.contacts:
         event = met_inside(piece, shape, entries, polynomial)
@@ -206,13 +206,11 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
         status=piece.choose(stuck, status.STIFF, 0.0),
         phase=piece.choose(arrived | stuck, ARRIVED, NEXT),
     )
-    moved = [piece.choose(taken, v, 0.0) for v in piece.along(polynomial, 0.5, n)]
-    middle = [a + b for a, b in zip(y, moved, strict=False)] + new[n:]
-    look(piece, entries, watch, Moment(now, new, t + 0.5 * h, middle, h, taken))
+    look(piece, shape, entries, watch, now, new, polynomial, taken)
     return piece
 
 
-def count_stiff(piece: Piece, taken):
+def count_stiff(piece, taken):
     """True where stability has held the method up for many steps."""
     before = piece["stiff"], piece["mild"]
     now = piece.formula(control.stiff_steps, piece["felt"], *before)

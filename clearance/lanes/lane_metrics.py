@@ -19,11 +19,7 @@ from clearance.elements import ClearanceRevolute
 from clearance.elements.joint import Joint
 from clearance.elements.regimes import (
     DEEPEST,
-    FLATTENING,
     FULL_FILM,
-    PIEZOVISCOUS,
-    THICKEST,
-    TOUCHING,
     regime,
 )
 from clearance.lanes.engine import METHODS
@@ -645,28 +641,11 @@ class LaneMetrics:
         return deep
 
     def _film_warnings(self, joint, answers: Answers, points: Points) -> np.ndarray:
-        """As Regime.warnings: thin films, large pressures, flattened surfaces."""
-        gap = self._of_all(answers, f"joints/{joint.name}/gap_min")
-        pressure = self._of_all(answers, f"joints/{joint.name}/film_pressure_max")
-        unit = regime(joint, 1.0, joint.clearance)  # of a pressure of 1 Pa at the thickest film
-        thinnest = np.maximum(gap, 1e-9 * self.number(points.par, joint, "clearance"))
-        law, rough = joint.transition and joint.transition.law, joint.roughness is not None
-        ratio = np.inf
-        if rough:
-            roughness = self.number(points.par, joint, "roughness")
-            ratio = gap / roughness
-            if law:
-                thinnest = np.maximum(thinnest, roughness)
-        flattening = unit.flattening_ratio * joint.clearance * pressure / thinnest
-        thickening, through = unit.piezoviscous_number * pressure, joint.film.law.through_wall
-        counts = (thickening > PIEZOVISCOUS).astype(int) + (flattening > FLATTENING)
-        counts *= joint.elastic is None and not through
-        counts += through & (thickening > THICKEST)
-        if not (joint.rough_layer or law and law.carries_roughness):
-            counts += ratio < FULL_FILM
-        elif law and law.needs_asperity and joint.asperity is None:
-            counts += ratio < TOUCHING
-        return counts
+        """Numbers of warnings of a film."""
+        pressure = self._of_all(answers, f"{joint.key}/film_pressure_max")
+        gap = self._of_all(answers, f"{joint.key}/gap_min")
+        seen = regime(joint, pressure, gap, partial(self.number, points.par, joint))
+        return sum(np.asarray(there, int) for there in seen.formal(joint).values())
 
 
 class RunInLanes:

@@ -4,15 +4,13 @@ Places inside the step are looked at, with its dense output. The search itself i
 touches.py.
 """
 
-from clearance.lanes.rows import Piece, Rows
-from clearance.lanes.steps import Entries, Shape
 from clearance.stepping import control
 from clearance.values.spots import CONTACT
 
 PROBES = 8  # parts of a step that is searched for contacts
 
 
-def add_probes(rows: Rows, shape: Shape) -> None:
+def add_probes(rows, shape) -> None:
     """Rows that the search for contacts needs."""
     spots = len(shape.contacts)
     rows.add("begins", "ends", count=2 * spots)  # penetration and its rate of each spot
@@ -20,7 +18,7 @@ def add_probes(rows: Rows, shape: Shape) -> None:
     rows.add("aimed", "event")
 
 
-def met_inside(piece: Piece, shape: Shape, entries: Entries, polynomial: list):
+def met_inside(piece, shape, entries, polynomial: list):
     """True where a contact starts or ends inside the trial step, unless it is to end on one.
 
     polynomial: dense output of the step.
@@ -39,12 +37,12 @@ def met_inside(piece: Piece, shape: Shape, entries: Entries, polynomial: list):
     return piece.none(aimed) & _meets(piece, shape, probes)
 
 
-def touching(piece: Piece, spot: int):
+def touching(piece, spot: int):
     """True where a spot is in contact: its impact speed stands in the work vector."""
     return piece.at("work", spot) > -0.5
 
 
-def falling(piece: Piece, shape: Shape, finite, ends: list, factor):
+def falling(piece, shape, finite, ends: list, factor):
     """The next step over one that is refused, inside which contacts end."""
     begins = piece.all("begins")
     for k, (kind, i, _) in enumerate(shape.contacts):
@@ -56,7 +54,7 @@ def falling(piece: Piece, shape: Shape, finite, ends: list, factor):
     return factor
 
 
-def _meets(piece: Piece, shape: Shape, probes: list[list]):
+def _meets(piece, shape, probes: list[list]):
     """True where a contact starts or ends inside the step; see `near_contact` and `event_of` of
     stepping/contacts.py.
 

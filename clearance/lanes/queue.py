@@ -117,7 +117,6 @@ def layout(*, width: int, quantities: int, contacts: int) -> np.dtype:
         ("stages", int, (width,)),
         ("thetas", float, (width,)),  # shares of the step
         ("called", int, (width,)),
-        ("calls", int, (2 * len(PIECES),)),  # of each piece, then the lanes that were in each
         ("seeks", float, (width, SEEKS)),
         ("since", float, (width, contacts)),  # begin of each contact
     ]
@@ -177,7 +176,6 @@ call_at = entry_caller(2)
 @inline
 def call(s, piece, rows):
     """Call a piece on some rows."""
-    s.calls[piece] += 1
     call_at(s.pieces[piece], (rows.ctypes.data, s.data.ctypes.data))
 
 
@@ -372,7 +370,6 @@ def see(s, lane, columns):
         side[s.inner_time_row, k] = side[s.inner_time_row, 0]
         side[s.inner_theta_row, k] = side[s.inner_theta_row, 0]
     call(s, CALL_INSIDE, side)
-    s.calls[len(PIECES) + CALL_INSIDE] += columns
     seen, values = s.seen_row, s.value_row
     for i in range(s.quantities):
         if s.inner[i]:
@@ -592,8 +589,6 @@ def begin_and_end(s):
         beginning += phase == START
         ending += phase == FINISH
         s.called[lane] = int(phase) if phase in (START, FINISH) else IDLE
-    s.calls[len(PIECES) + CALL_START] += beginning
-    s.calls[len(PIECES) + CALL_FINISH] += ending
     if beginning > 0:
         call(s, CALL_START, s.rows)
     if ending > 0:
@@ -607,9 +602,8 @@ def begin_and_end(s):
 
 
 @shared
-def iterate(s, iterating):
+def iterate(s):
     """An iteration, or a trial step, of all lanes that wait for one."""
-    s.calls[len(PIECES) + CALL_ITERATE] += iterating
     call(s, CALL_ITERATE, s.rows)
     for lane in range(s.rows.shape[1]) if s.kinds.size > 0 else range(0):
         if s.rows[s.phase_row, lane] == FINISH and s.rows[s.aimed_row, lane] > 0.5:
@@ -636,7 +630,7 @@ def run(address):
             if s.rows[s.phase_row, lane] == ITERATE:
                 iterating += 1
         if iterating > 0 and s.alive - iterating < WAITING * s.alive:
-            iterate(s, iterating)
+            iterate(s)
         else:
             begin_and_end(s)
     return s.alive

@@ -27,6 +27,12 @@ class Rows:
         return range(self.first[name], self.first[name] + self.counts[name])
 
 
+def split(values: list, count: int) -> list[list]:
+    """Values in so many rows of equal length."""
+    length = len(values) // count
+    return [values[i * length : (i + 1) * length] for i in range(count)]
+
+
 class Entry:
     """A function of W lanes that others call: it fills a vector of `count` numbers.
 

@@ -1,12 +1,13 @@
 """Steps of all methods on traced numbers: first step, control of the step, films, advance of a
 lane.
 
-The formulas of the control are those of stepping/control.py.
+The formulas of the control are those of stepping/control.py. As in kernels, arguments of one name
+are of one class everywhere: piece, rows, shape, entries, watch, trial.
 """
 
 from dataclasses import dataclass
 
-from clearance.lanes.rows import Entry, Piece, Rows
+from clearance.lanes.rows import Entry, Piece
 from clearance.stepping import control, status
 from clearance.stepping.control import DOUBTED, FORGET, NEWTON_FAILED, SHRINK, SQUEEZE
 
@@ -64,7 +65,7 @@ class Entries:
     samples: Entry
 
 
-def add_rows(rows: Rows, shape: Shape) -> None:
+def add_rows(rows, shape) -> None:
     """Rows that all methods need."""
     rows.add(
         "phase",
@@ -87,7 +88,7 @@ def add_rows(rows: Rows, shape: Shape) -> None:
 
 
 def sizes_of_films(
-    piece: Piece, shape: Shape, y: list, penetration: list, diagonal: list, damping: list
+    piece, shape, y: list, penetration: list, diagonal: list, damping: list
 ) -> tuple:
     """Natural sizes of all states, and dampings: see `weigh_films` of the loop."""
     scale, sizes, rtol = piece.all("scale"), [], piece["rtol"]
@@ -104,7 +105,7 @@ def sizes_of_films(
     return scale, sizes
 
 
-def first_step(piece: Piece, entries: Entries, rates: list, scale: list, order: float):
+def first_step(piece, entries, rates: list, scale: list, order: float):
     """The first step, from the rates where it begins; scale: natural sizes of the states."""
     t, y, rtol, n = piece["t"], piece.all("y"), piece["rtol"], len(scale)
     f = rates[:n]
@@ -123,7 +124,7 @@ def first_step(piece: Piece, entries: Entries, rates: list, scale: list, order: 
     return piece.choose(usable, piece.smallest(h * 100.0, power, piece["longest"]), h * 1e-3)
 
 
-def start(rows: Rows, shape: Shape, entries: Entries, order: float, then: int) -> Piece:
+def start(rows, shape, entries, order: float, then: int) -> Piece:
     """First evaluation and first step (Hairer, Norsett, Wanner 1993, section II.4); then: phase
     that follows.
     """
@@ -146,9 +147,10 @@ def start(rows: Rows, shape: Shape, entries: Entries, order: float, then: int) -
     return piece
 
 
-def proposed(piece: Piece):
-    """The next step, stretched or halved so that the run does not end in a very short one. The
-    status is other than 0 where the step is too small.
+def proposed(piece, shape):
+    """The next step, stretched or halved so that the run does not end in a very short one, or of
+    the size that the search for a contact gives. The status is other than 0 where the step is too
+    small.
     """
     t, end = piece["t"], piece["end"]
     remaining = end - t
@@ -160,13 +162,17 @@ def proposed(piece: Piece):
     unsolved = refusal > status.NO_NUMBERS - 0.5
     reason = piece.choose(unsolved, status.NOT_FINITE, status.STEP_TOO_SMALL)
     reason = piece.choose(left_film, status.FILM_LEFT, reason)
-    return h, piece.choose(stuck, reason, 0.0)
+    failed = piece.choose(stuck, reason, 0.0)
+    if not shape.contacts:
+        return h, failed
+    aimed = piece["aimed"] > 0.5
+    return piece.choose(aimed, piece["h"], h), piece.choose(aimed, 0.0, failed)
 
 
 @dataclass
 class Trial:
-    """A step tried: state and rates at its end, error over tolerance, whether the method worked at
-    all.
+    """A step tried: state with the ledger, and rates, at its end, error over tolerance, whether the
+    method worked at all.
     """
 
     y: list
@@ -175,11 +181,10 @@ class Trial:
     solved: object
     finite: object
     diagonal: list
-    ledger: list  # energy integrals at its end
     met: tuple = ()  # where a contact sets in or ends inside it, and the share of the step
 
 
-def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: float) -> tuple:
+def conclude(piece, shape, entries, trial, order: float) -> tuple:
     """Accept or refuse a trial step and choose the next; returns where it is accepted, and the time
     at its end.
     """
@@ -207,7 +212,7 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
         piece, shape, y, penetration, trial.diagonal, piece.all("damping")
     )
 
-    now, arrived = advance(piece, shape, taken, error, [*trial.y, *trial.ledger], trial.f)
+    now, arrived = advance(piece, shape, taken, error, trial.y, trial.f)
     piece.keep(taken, scale=scale, damping=damping, before=penetration)
     piece.keep(piece.none(taken), rejected=piece["rejected"] + 1.0)
     piece.set(
@@ -219,7 +224,7 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
     return taken, now
 
 
-def advance(piece: Piece, shape: Shape, taken, error, y: list, f: list) -> tuple:
+def advance(piece, shape, taken, error, y: list, f: list) -> tuple:
     """Advance where a step is taken: state and rates at its end, clock, counts.
 
     Returns the time at its end, and where the end of the run or turn is reached.
@@ -241,14 +246,14 @@ def advance(piece: Piece, shape: Shape, taken, error, y: list, f: list) -> tuple
     return now, taken & reached
 
 
-def reason(piece: Piece, trial: Trial, accurate, usable):
+def reason(piece, trial, accurate, usable):
     """Number of the reason of a refusal."""
     unsolved = piece.choose(trial.finite, status.TOO_LONG, status.NO_NUMBERS)
     value = piece.choose(accurate, status.NO_NUMBERS, unsolved)
     return piece.choose(usable, status.OUT_OF_FILM, value)
 
 
-def refused(piece: Piece, trial: Trial, accurate, usable, order: float):
+def refused(piece, trial, accurate, usable, order: float):
     """The step over one that is refused: see `refuse` and `shrink` of the loop."""
     bounded = piece.smallest(piece.largest(trial.error, 1.0), 1e30)
     (first,), (again,) = (
@@ -261,7 +266,7 @@ def refused(piece: Piece, trial: Trial, accurate, usable, order: float):
     return piece.choose(usable, SHRINK, factor)
 
 
-def grown(piece: Piece, h, error, order: float):
+def grown(piece, h, error, order: float):
     """The step after one that is taken: see `grow` of the loop."""
     before, last_error = piece["last_step"], piece["last_error"]
     sizes = error, 1.0 / order, piece["effort"], h, before, last_error

@@ -8,20 +8,18 @@ iterations and fails less often. Lanes iterate until enough of them are done.
 
 from clearance.lanes.elimination import Complex, factor, solve
 from clearance.lanes.probes import add_probes, met_inside
-from clearance.lanes.rows import Piece, Rows
+from clearance.lanes.rows import Piece, split
 from clearance.lanes.steps import (
     ARRIVED,
     FINISH,
     ITERATE,
     PREPARE,
-    Entries,
-    Shape,
     Trial,
     conclude,
     proposed,
     start,
 )
-from clearance.lanes.watch import Moment, Watch, look
+from clearance.lanes.watch import look
 from clearance.mechanism.build import Mechanism
 from clearance.stepping import control
 from clearance.stepping.radau import ITERATIONS, SAFETY, STIFF
@@ -53,7 +51,7 @@ def unfit(mechanism: Mechanism) -> str | None:
     return "its equations are too many" if many else None
 
 
-def add_rows(rows: Rows, shape: Shape) -> None:
+def add_rows(rows, shape) -> None:
     """Rows that this method needs."""
     n, size = shape.states, shape.rates
     exchanges = size * (size - 1) // 2
@@ -73,7 +71,7 @@ def add_rows(rows: Rows, shape: Shape) -> None:
     rows.add("coupling", count=size * shape.coordinates)  # of the Jacobian: rates by coordinates
 
 
-def followed(piece: Piece, shape: Shape, h, y: list, stages: list[list]) -> None:
+def followed(piece, shape, h, y: list, stages: list[list]) -> None:
     """Fill the stages of the coordinates in from those of their rates."""
     p = shape.coordinates
     for s in range(STAGES):
@@ -82,14 +80,14 @@ def followed(piece: Piece, shape: Shape, h, y: list, stages: list[list]) -> None
             stages[s][i] = h * (y[p + i] * K.c[s] + moved)
 
 
-def moved(piece: Piece, shape: Shape, share) -> list:
+def moved(piece, shape, share) -> list:
     """Change of the states along the last step's polynomial, beyond its end by a share of it."""
     n, polynomial = shape.states, piece.all("polynomial")
     moved = piece.along(polynomial, 1.0 + share, n)
     return [a - b for a, b in zip(moved, polynomial[:n], strict=True)]
 
 
-def matrices(piece: Piece, shape: Shape, h, jacobian: list[list]) -> tuple[list[list], list[list]]:
+def matrices(piece, shape, h, jacobian: list[list]) -> tuple[list[list], list[list]]:
     """The Newton matrices of the rates, real and complex: g - J_u - J_q / g."""
     p, size = shape.coordinates, shape.rates
     inverse = 1.0 / h
@@ -116,7 +114,7 @@ def matrices(piece: Piece, shape: Shape, h, jacobian: list[list]) -> tuple[list[
     return real, pair
 
 
-def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
+def begin(rows, shape, entries) -> Piece:
     """The begin of a run, or of a phase of one."""
     piece = start(rows, shape, entries, ORDER, NEXT)
     if shape.spots:
@@ -126,13 +124,10 @@ def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     return piece
 
 
-def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
+def prepare(rows, shape, entries) -> Piece:
     """Choose the step, factorise, predict the stages."""
     piece, n, p = Piece(rows, PREPARE), shape.states, shape.coordinates
-    h, failed = proposed(piece)
-    if shape.contacts:
-        aimed = piece["aimed"] > 0.5
-        h, failed = piece.choose(aimed, piece["h"], h), piece.choose(aimed, 0.0, failed)
+    h, failed = proposed(piece, shape)
     t, y, rtol = piece["t"], piece.all("y"), piece["rtol"]
     scale = piece.all("scale")
     predicted = piece["predictor"] > 0.5
@@ -142,8 +137,7 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
         for a, b in zip(y, moved(piece, shape, ratio * AHEAD), strict=False)
     ]
     later = t + piece.choose(predicted, h * AHEAD, 0.0)
-    entries_of = piece.call(entries.jacobian, later, [*ahead, *y[n:]])
-    jacobian = [entries_of[i * n : (i + 1) * n] for i in range(n)]
+    jacobian = split(piece.call(entries.jacobian, later, [*ahead, *y[n:]]), n)
     real, pair = matrices(piece, shape, h, jacobian)
     lu, exchanges = factor(piece, real)
     complex_lu, complex_exchanges = factor(piece, pair)
@@ -180,47 +174,35 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     return piece
 
 
-def read_real(piece: Piece, shape: Shape, of: str = "") -> tuple[list[list], list]:
+def read(piece, shape, values: list, exchanges: str) -> tuple[list[list], list]:
+    """Factors of a matrix from their rows, and where its rows are exchanged."""
+    return split(values, shape.rates), [v > 0.5 for v in piece.all(exchanges)]
+
+
+def read_real(piece, shape, of: str = "") -> tuple[list[list], list]:
     """Factors of the real matrix; of: "sample_" for those of a sample's step."""
-    size, values = shape.rates, piece.all(f"{of}real")
-    exchanges = [v > 0.5 for v in piece.all(f"{of}exchanges")]
-    return [values[i * size : (i + 1) * size] for i in range(size)], exchanges
+    return read(piece, shape, piece.all(f"{of}real"), f"{of}exchanges")
 
 
-def read_complex(piece: Piece, shape: Shape) -> tuple[list[list], list]:
-    """Factors of the complex matrix."""
-    size, pairs = (
-        shape.rates,
-        zip(piece.all("complex_real"), piece.all("complex_imag"), strict=True),
-    )
-    values = [Complex(*pair) for pair in pairs]
-    exchanges = [v > 0.5 for v in piece.all("complex_exchanges")]
-    return [values[i * size : (i + 1) * size] for i in range(size)], exchanges
-
-
-def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
+def iterate(rows, shape, entries) -> Piece:
     """One iteration of the simplified Newton method."""
     piece, n, p, size = Piece(rows, ITERATE), shape.states, shape.coordinates, shape.rates
     t, h, y, rtol = piece["t"], piece["h"], piece.all("y"), piece["rtol"]
     inverse = 1.0 / h
-    old_stages, weight = piece.all("stages"), piece.all("weight")
-    stages = [old_stages[s * n : (s + 1) * n] for s in range(STAGES)]
+    stages, weight = split(piece.all("stages"), STAGES), piece.all("weight")
     slopes, powers = [], []
     for s in range(STAGES):
         at = [v + d for v, d in zip(y, stages[s], strict=False)] + y[n:]
         values = piece.call(entries.rhs, t + h * K.c[s], at)
         slopes.append(values[:n])
         powers += values[n:]
-    old = piece.all("transformed")
-    w = [old[s * size : (s + 1) * size] for s in range(STAGES)]
+    w = split(piece.all("transformed"), STAGES)
     turned = [
         [piece.weighted(K.ti[r], [slopes[s][p + i] for s in range(STAGES)]) for i in range(size)]
         for r in range(STAGES)
     ]
-    lu, exchanges = read_real(piece, shape)
-    first = solve(
-        piece, lu, exchanges, [turned[0][i] - inverse * K.real * w[0][i] for i in range(size)]
-    )
+    right = [turned[0][i] - inverse * K.real * w[0][i] for i in range(size)]
+    first = solve(piece, *read_real(piece, shape), right)
     z_real, z_imag = inverse * PAIR.real, inverse * PAIR.imag
     right = [
         Complex(
@@ -229,8 +211,8 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
         )
         for i in range(size)
     ]
-    lu, exchanges = read_complex(piece, shape)
-    second = solve(piece, lu, exchanges, right)
+    pairs = list(map(Complex, piece.all("complex_real"), piece.all("complex_imag")))
+    second = solve(piece, *read(piece, shape, pairs, "complex_exchanges"), right)
     norm, below, length = 0.0, h * (1.0 / K.real), h * h * (1.0 / abs(PAIR) ** 2)
     for i in range(size):
         rate = weight[p + i] * weight[p + i]
@@ -263,7 +245,7 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     return piece
 
 
-def end_of_step(piece: Piece, shape: Shape, stages: list[list], powers: list) -> tuple:
+def end_of_step(piece, shape, stages: list[list], powers: list) -> tuple:
     """States with the ledger, and rates of the states, at the end of the step."""
     n, h, y, count = shape.states, piece["h"], piece.all("y"), shape.ledger
     inverse = 1.0 / h
@@ -272,7 +254,7 @@ def end_of_step(piece: Piece, shape: Shape, stages: list[list], powers: list) ->
     return [a + b for a, b in zip(y, stages[-1], strict=False)] + ledger, slope
 
 
-def judge(piece: Piece, norm, rtol):
+def judge(piece, norm, rtol):
     """Go on with the iteration, or end it: converged, or given up; True where it is given up."""
     iteration, old = piece["iteration"], piece["old"]
     tolerance = piece.largest(2e-15 / rtol, NEWTON_TOLERANCE)
@@ -308,7 +290,7 @@ def judge(piece: Piece, norm, rtol):
     return ended & piece.none(converged)
 
 
-def settled(piece: Piece, shape: Shape, entries: Entries, theta, t, of: str = "") -> list:
+def settled(piece, shape, entries, theta, t, of: str = "") -> list:
     """States inside a step, stiff rates brought to the equations: see `settle` of the loop.
 
     of: "sample_" for the step of a sample.
@@ -332,7 +314,7 @@ def settled(piece: Piece, shape: Shape, entries: Entries, theta, t, of: str = ""
     return y
 
 
-def error_of(piece: Piece, shape: Shape, f: list, stages: list[list]) -> tuple[list, object]:
+def error_of(piece, shape, f: list, stages: list[list]) -> tuple[list, object]:
     """Error estimate and its norm over tolerance."""
     n, p, size = shape.states, shape.coordinates, shape.rates
     h, weight, coupling = piece["h"], piece.all("weight"), piece.all("coupling")
@@ -342,14 +324,13 @@ def error_of(piece: Piece, shape: Shape, f: list, stages: list[list]) -> tuple[l
     for i in range(size):
         moved = piece.total(coupling[i * p + j] * defect[j] for j in range(p)) if p else 0.0
         right.append(defect[p + i] + moved * below)
-    lu, exchanges = read_real(piece, shape)
-    rates = solve(piece, lu, exchanges, right)
+    rates = solve(piece, *read_real(piece, shape), right)
     error = [(defect[i] + rates[i]) * below for i in range(p)] + rates
     norm = piece.length([e * w for e, w in zip(error, weight, strict=True)], n)
     return error, norm * LARGER
 
 
-def onset(piece: Piece, shape: Shape, ends: list) -> tuple:
+def onset(piece, shape, ends: list) -> tuple:
     """True where a contact sets in or ends amidst a step, without a touch; the share of the step.
 
     The loop, too, has such a step end there. Here it ends a little behind: the next would cross
@@ -374,7 +355,7 @@ def onset(piece: Piece, shape: Shape, ends: list) -> tuple:
     return piece.either(*met) & (piece["shortened"] < SPARED), share
 
 
-def tried(piece: Piece, shape: Shape, entries: Entries, stages: list[list]) -> Trial:
+def tried(piece, shape, entries, stages: list[list]) -> Trial:
     """The step with its error."""
     n, t, y, f = shape.states, piece["t"], piece.all("y"), piece.all("f")
     solved = piece["solved"] > 0.5
@@ -388,14 +369,14 @@ def tried(piece: Piece, shape: Shape, entries: Entries, stages: list[list]) -> T
     else:  # powers are those where Newton's method looked last
         end, slope = end_of_step(piece, shape, stages, piece.all("powers"))
     finite = piece.finite([*end[:n], *slope, error])
-    return Trial(end[:n], slope, error, solved, finite, piece.all("diagonal"), end[n:])
+    return Trial(end, slope, error, solved, finite, piece.all("diagonal"))
 
 
-def touched(piece: Piece, shape: Shape, entries: Entries, trial: Trial, polynomial: list) -> list:
+def touched(piece, shape, entries, trial, polynomial: list) -> list:
     """Penetrations at the end of a step, whose trial has it where a contact sets in or ends."""
     if shape.gradual:
-        at_end = piece["t"] + piece["h"], trial.y + piece.all("y")[shape.states :]
-        ends = piece.call(entries.spots, *at_end)
+        end = trial.y[: shape.states] + piece.all("y")[shape.states :]
+        ends = piece.call(entries.spots, piece["t"] + piece["h"], end)
         trial.met = onset(piece, shape, ends)
         return ends
     met, inaccurate = met_inside(piece, shape, entries, polynomial), trial.error > 1.0
@@ -403,7 +384,7 @@ def touched(piece: Piece, shape: Shape, entries: Entries, trial: Trial, polynomi
     return piece.all("ends")
 
 
-def note(piece: Piece, shape: Shape, met, taken) -> None:
+def note(piece, shape, met, taken) -> None:
     """Keep for the driver, or for the next step, where a contact sets in or ends."""
     if shape.gradual:
         cut, last = piece.flag(met), piece["shortened"]
@@ -414,11 +395,10 @@ def note(piece: Piece, shape: Shape, met, taken) -> None:
     piece.keep(piece.none(taken), aimed=0.0)
 
 
-def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
+def finish(rows, shape, entries, watch) -> Piece:
     """Error of the step, whether it is taken, outputs at its end."""
-    piece, n = Piece(rows, FINISH), shape.states
-    t, h, y, values = piece["t"], piece["h"], piece.all("y"), piece.all("stages")
-    stages = [values[s * n : (s + 1) * n] for s in range(STAGES)]
+    piece = Piece(rows, FINISH)
+    h, stages = piece["h"], split(piece.all("stages"), STAGES)
     trial = tried(piece, shape, entries, stages)
     polynomial = [
         piece.weighted(row, column) for row in K.basis for column in zip(*stages, strict=True)
@@ -432,8 +412,5 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     usable = piece.choose(trial.solved, 1.0, near)
     piece.set(predictor=piece.choose(taken, 1.0, piece["predictor"] * usable))
     piece.keep(taken, polynomial=polynomial, last_h=h)
-    moved = [piece.choose(taken, v, 0.0) for v in piece.along(polynomial, 0.5, n)]
-    middle = [a + b for a, b in zip(y, moved, strict=False)] + trial.ledger
-    at_end = now, [*trial.y, *trial.ledger]
-    look(piece, entries, watch, Moment(*at_end, t + 0.5 * h, middle, h, taken))
+    look(piece, shape, entries, watch, now, trial.y, polynomial, taken)
     return piece

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearance.lanes.rows import Piece, Rows
-from clearance.lanes.steps import Entries, Shape
 from clearance.stepping import control
 from clearance.tracing.emission import Program, kernel_text
 
@@ -74,7 +73,7 @@ class Watch:
     own: int = 0
 
 
-def text_of(watch: Watch, count: int) -> str:
+def text_of(watch, count: int) -> str:
     """All that the pieces take from a watch of so many outputs: its numbers, and the formulas of
     its reductions.
     """
@@ -87,7 +86,7 @@ def text_of(watch: Watch, count: int) -> str:
     return f"{about} {kernel_text(Program('sums', sums, {}), {})}"
 
 
-def add_rows(rows: Rows, watch: Watch, held: tuple[str, ...]) -> None:
+def add_rows(rows, watch, held: tuple[str, ...]) -> None:
     """Rows of the outputs; held: rows of a step that places inside it need."""
     count = len(watch.quantities)
     rows.add("refine", "interval", "within", "found", "share", "sample_time", "sample_theta")
@@ -101,19 +100,7 @@ def add_rows(rows: Rows, watch: Watch, held: tuple[str, ...]) -> None:
     rows.add("own", count=watch.own)
 
 
-@dataclass(frozen=True)
-class Moment:
-    """The end of a step: its time and state, those of its middle, its width, where it is taken."""
-
-    time: object
-    y: list
-    middle_time: object
-    middle: list
-    width: object
-    taken: object
-
-
-def values_of(piece: Piece, watch: Watch, row: list) -> list:
+def values_of(piece, watch, row: list) -> list:
     """Values of the quantities, of vectors their squares, times their signs."""
     values = []
     for q in watch.quantities:
@@ -124,15 +111,19 @@ def values_of(piece: Piece, watch: Watch, row: list) -> list:
     return values
 
 
-def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
-    """Take in the end of a step; find the quantities that may have an extreme inside it."""
-    width, back, taken = moment.width, piece["interval"], moment.taken
+def look(piece, shape, entries, watch, now, y: list, polynomial: list, taken) -> None:
+    """Take in the end of a step, where it is taken: its time and state. Find the quantities that
+    may have an extreme inside it. polynomial: its dense output.
+    """
+    width, back, n = piece["h"], piece["interval"], shape.states
+    moved = [piece.choose(taken, v, 0.0) for v in piece.along(polynomial, 0.5, n)]
+    middle = [a + b for a, b in zip(piece.all("y"), moved, strict=False)] + y[n:]
     early = piece.none(back > 0.0)
     per_width = 1.0 / piece.largest(width, 1e-300)
     per_back = 1.0 / piece.largest(back, 1e-300)
     curving = width * 4.0 / piece.largest(width + back, 1e-300)
-    row = piece.call(entries.outputs, moment.time, moment.y)
-    inner = piece.call(entries.outputs, moment.middle_time, moment.middle)
+    row = piece.call(entries.outputs, now, y)
+    inner = piece.call(entries.outputs, piece["t"] + 0.5 * width, middle)
     flags = [False]
     values = zip(values_of(piece, watch, row), values_of(piece, watch, inner), strict=True)
     for k, (q, (value, between)) in enumerate(zip(watch.quantities, values, strict=True)):
@@ -162,18 +153,18 @@ def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
             next=piece.choose(taken, value, last),
             search=piece.flag(may) if q.searched else 0.0,
         )
-    integrate(piece, watch, moment, row, inner)
+    integrate(piece, watch, taken, row, inner)
     piece.keep(taken, interval=width)
     piece.set(found=piece.flag(piece.either(*flags)))
 
 
-def integrate(piece: Piece, watch: Watch, moment: Moment, row: list, inner: list) -> None:
+def integrate(piece, watch, taken, row: list, inner: list) -> None:
     """Add a step to the sums over steps by Simpson's rule, or leave it to the driver.
 
     The error of this rule for a cosine of size A, whose middle is c away from its chord, is
     c^2 / (45 A).
     """
-    width, taken = moment.width, moment.taken
+    width = piece["h"]
     within = taken & (piece["within"] > 0.5)
     middles = (value for _, value in stepped(piece, watch, inner))
     panels, rough = {}, [piece.none(within)]
@@ -194,13 +185,13 @@ def integrate(piece: Piece, watch: Watch, moment: Moment, row: list, inner: list
     piece.set(refine=piece.flag(within & rough))
 
 
-def stepped(piece: Piece, watch: Watch, row: list) -> list[tuple[int, object]]:
+def stepped(piece, watch, row: list) -> list[tuple[int, object]]:
     """Places and values of the reductions over steps."""
     reductions = enumerate(watch.reductions)
     return [(k, r.value(piece, row, [], [])) for k, r in reductions if r.stepped]
 
 
-def look_first(piece: Piece, entries: Entries, watch: Watch) -> None:
+def look_first(piece, entries, watch) -> None:
     """Take in the outputs where a phase begins."""
     row = piece.call(entries.outputs, piece["t"], piece.all("y"))
     values = values_of(piece, watch, row)
@@ -210,24 +201,28 @@ def look_first(piece: Piece, entries: Entries, watch: Watch) -> None:
         piece.set_at(k, at_end=value)
 
 
-def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch, settled: Callable) -> Piece:
-    """Quantities at places inside a step of one run, one in each lane."""
+def _placed(rows, shape, entries, settled: Callable, name: str, *of: str) -> tuple:
+    """Time and state at places inside a step; of: see the `settled` of a method."""
     piece = Piece(rows, None)
-    time = piece["inner_time"]
-    y = settled(piece, shape, entries, piece["inner_theta"], time)
-    row = piece.call(entries.outputs, time, y + piece.all("y")[shape.states :])
+    time = piece[f"{name}_time"]
+    y = settled(piece, shape, entries, piece[f"{name}_theta"], time, *of)
+    return piece, time, y + piece.all("y")[shape.states :]
+
+
+def inside(rows, shape, entries, watch, settled: Callable) -> Piece:
+    """Quantities at places inside a step of one run, one in each lane."""
+    piece, time, y = _placed(rows, shape, entries, settled, "inner")
+    row = piece.call(entries.outputs, time, y)
     piece.set(seen=values_of(piece, watch, row))
     for k, value in stepped(piece, watch, row):
         piece.set_at(k, summands=value)
     return piece
 
 
-def sample(rows: Rows, shape: Shape, entries: Entries, watch: Watch, settled: Callable) -> Piece:
+def sample(rows, shape, entries, watch, settled: Callable) -> Piece:
     """Outputs at samples of one run, one in each lane: sums over samples, and what is tracked."""
-    piece = Piece(rows, None)
-    time = piece["sample_time"]
-    y = settled(piece, shape, entries, piece["sample_theta"], time, "sample_")
-    row = piece.call(entries.samples, time, y + piece.all("y")[shape.states :])
+    piece, time, y = _placed(rows, shape, entries, settled, "sample", "sample_")
+    row = piece.call(entries.samples, time, y)
     ideal, mine, share = piece.all("given"), piece.all("own"), piece["share"]
     for k, reduction in enumerate(watch.reductions):
         if reduction.stepped:
