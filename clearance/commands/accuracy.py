@@ -4,6 +4,7 @@ up.
 
 import math
 
+from clearance.values.spelling import taken
 from clearance.values.units import UNITS
 
 #: units with prefixes, and the power of ten of each
@@ -102,16 +103,7 @@ def document(errors) -> dict:
     """Stated errors as plain data."""
     if errors.reason:
         return {"reason": errors.reason}
-    numbers = {
-        name: {
-            "value": e.value,
-            "stated": e.stated,
-            "film": e.film,
-            "units": e.units,
-            "kind": e.kind,
-        }
-        for name, e in errors.items()
-    }
+    numbers = {name: taken(e, "value stated film units kind") for name, e in errors.items()}
     rtol, companion = errors.rtol
     document = {
         "rtol": rtol,

@@ -15,6 +15,7 @@ from clearance.commands import COMMANDS
 from clearance.files.texts import listed as listed
 from clearance.files.texts import shortened
 from clearance.values import checks
+from clearance.values.spelling import taken as taken
 
 DONE, FAILED, WRONG = 0, 1, 2
 LOG_INTERVAL = 30.0  # seconds between the lines of a study whose stderr is no terminal
@@ -262,11 +263,6 @@ def scene_of(options):
     return case, values, scene
 
 
-def taken(options, names: str) -> dict[str, object]:
-    """Options whose names are those of a function's arguments; names: with blanks between."""
-    return {name: getattr(options, name) for name in names.split()}
-
-
 def channel_patterns(text: str | None) -> list[str] | None:
     """--channels: a comma list of paths and patterns; "all", "none"."""
     if text is None or text == "all":
@@ -309,7 +305,7 @@ def publish(options, lines: list[str], document: dict, save, draw, study, stem: 
     if options.output:
         folder = Path(options.output)
         document["files"] = [
-            str(save(folder)),
+            str(save(study, folder)),
             str(draw(study, folder / f"{stem}.png")),
             str(folder / f"{stem}.md"),
         ]

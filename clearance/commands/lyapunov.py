@@ -40,8 +40,8 @@ def run(options) -> int:
         options,
         lyapunov.table(exponents),
         lyapunov.plain(exponents),
-        lambda folder: lyapunov.save(exponents, folder),
-        study_pictures.lyapunov,
-        wrapped,
+        lyapunov.save,
+        lambda _, path: study_pictures.lyapunov(wrapped, path),
+        exponents,
         "lyapunov",
     )

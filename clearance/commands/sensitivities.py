@@ -3,6 +3,7 @@
 import math
 
 from clearance.commands.accuracy import prefix
+from clearance.values.spelling import taken
 
 SHOWN = 8  # metrics in print
 
@@ -22,15 +23,8 @@ def document(result) -> dict:
         return {"reason": table.reason}
     plain: dict = {metric: {} for metric in table.telling(result.clearances)}
     for (metric, parameter), s in table.items():
-        plain[metric][parameter] = {
-            "value": s.value,
-            "error": s.error,
-            "units": s.units,
-            "trusted": s.trusted,
-            "change": s.change,
-            "change_error": s.change_error,
-            "change_units": s.metric_units,
-        }
+        numbers = taken(s, "value error units trusted change change_error")
+        plain[metric][parameter] = numbers | {"change_units": s.metric_units}
     return plain
 
 

@@ -42,7 +42,7 @@ def run(options) -> int:
         options,
         lines,
         document,
-        lambda folder: stress.save(verdicts, folder),
+        stress.save,
         study_pictures.stress,
         verdicts,
         "stress",

@@ -56,7 +56,7 @@ def run(options) -> int:
         options,
         lines,
         module.plain(study),
-        lambda folder: module.save(study, folder),
+        module.save,
         draw,
         study,
         stem,

@@ -19,6 +19,7 @@ from clearance.mechanism.structure import Structure
 from clearance.scene.scene import Scene
 from clearance.tracing import kernels
 from clearance.values.later import Later
+from clearance.values.spelling import taken
 
 HERE = Path(__file__).resolve().parent
 #: folders of the code that a trace follows from
@@ -92,17 +93,8 @@ def packed(structure: Structure, scene: Scene) -> bytes:
     alike = Numbers(Scene.from_json(document)).signature == Numbers(scene).signature
     if not (alike and structure.alone):
         return b""
-    about = {
-        "layout": structure.layout,
-        "modes": structure.modes,
-        "formulas": structure.formulas,
-        "forced": structure.forced,
-        "rubs": structure.rubs,
-        "iterates": structure.iterates,
-        "spatial": structure.spatial,
-        "written": dict(structure.written),
-        "takes_moments": structure.takes_moments,
-    }
+    names = "layout modes formulas forced rubs iterates spatial takes_moments"
+    about = taken(structure, names) | {"written": dict(structure.written)}
     return pickle.dumps((document, about))
 
 

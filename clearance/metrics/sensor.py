@@ -73,4 +73,4 @@ def deviation(
     """
     if isinstance(noise, str) and noise.strip().endswith("%"):
         return checks.share("noise", noise) * span
-    return check(quantity(noise, units) if isinstance(noise, str) else noise)
+    return check(quantity(noise, units))

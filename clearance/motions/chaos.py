@@ -31,7 +31,7 @@ from clearance.run.run import Run
 from clearance.scene.catalogue import AnyCase, load_case
 from clearance.values import checks
 from clearance.values.accessors import Celled
-from clearance.values.spelling import as_column
+from clearance.values.spelling import as_column, taken
 from clearance.values.units import behind
 
 ERROR = 0.05
@@ -181,14 +181,7 @@ class Statistics(Celled):
     @property
     def _about(self) -> dict[str, object]:
         """Facts of these statistics, for files and as plain data."""
-        return {
-            "reached": self.reached,
-            "verdict": self.verdict,
-            "left_out": self.left_out,
-            "max_turns": self.max_turns,
-            "rtol": self.rtol,
-            "turn_s": self.turn,
-        }
+        return taken(self, "reached verdict left_out max_turns rtol") | {"turn_s": self.turn}
 
     def lines(self) -> list[str]:
         """A table of all quantities, and what it is made of."""

@@ -8,9 +8,9 @@ import numpy as np
 
 from clearance.motions.prescribed import Explicit
 from clearance.results.record import Record
-from clearance.results.recorder import Memory, Recorder
-from clearance.results.result import Result
-from clearance.results.stream import Content, Stream, Unwritable
+from clearance.results.recorder import Recorder
+from clearance.results.short_file import ShortFile
+from clearance.results.stream import Content
 from clearance.run.options import Demand, affordable, span_of
 from clearance.scene.scene import Scene
 from clearance.simulation import SimulationError
@@ -57,18 +57,11 @@ def _recorded(solver: Explicit, times, rows, failure, wall: float, path) -> Reco
     texts = solver.structure.texts
     attributes = solver.scene.provenance | {"kernel": texts["observe"]}
     channels = solver.channels
-    if path is None:
-        sink = Memory(channels, attributes)
-    else:
-        sink = Stream(Path(path), Content(channels, attributes, expected=times.size))
+    sink = ShortFile(path, Content(channels, attributes, expected=times.size))
     writer = Recorder(channels, sink)
     for joint in solver.scene.joints:
         writer.add_facts(f"joints/{joint.name}", **joint.facts)
-    try:
-        writer.samples(times, rows)
-    except Unwritable:
-        sink.abandon()
-        raise
+    writer.samples(times, rows)
     summary = {
         "method": "inverse dynamics",
         "samples": times.size,
@@ -76,7 +69,8 @@ def _recorded(solver: Explicit, times, rows, failure, wall: float, path) -> Reco
         "loop_s": solver.loop_s,
     }
     writer.close(f"partial: {failure}" if failure else "complete", [], summary)
-    return sink.record if path is None else Result(path)
+    sink.store()
+    return sink.result()
 
 
 def _times(scene: Scene, until, turns, samples, time) -> np.ndarray:

@@ -28,6 +28,7 @@ from clearance.scene.scene import Scene
 from clearance.stepping import status
 from clearance.stepping.state import KIND, SINCE, TOUCHING
 from clearance.values import checks
+from clearance.values.spelling import taken
 from clearance.values.spots import CONTACT
 
 STOPS = 24  # times a turn at which the companions are put back
@@ -286,30 +287,16 @@ def table(exponents: dict[str, Exponent]) -> list[str]:
 
 def _about(x: Exponent) -> dict:
     """Facts of an exponent, for files and as plain data."""
-    return {
-        "per_turn": x.per_turn,
-        "error": x.error,
-        "sampling_error": x.sampling,
-        "distance_effect": x.effect,
-        "verdict": x.verdict,
-        "settle": x.settle,
-        "distance": x.distance,
-        "rtol": x.rtol,
-    }
+    facts = taken(x, "per_turn error verdict settle distance rtol")
+    return facts | {"sampling_error": x.sampling, "distance_effect": x.effect}
 
 
 def plain(exponents: dict[str, Exponent]) -> dict:
     """Exponents by name, as one JSON document."""
     return {
         name: _about(x)
-        | {
-            "per_second": x.per_second,
-            "error_per_second": x.error_per_second,
-            "resolution": x.resolution,
-            "turn_s": x.turn,
-            "turns": x.turns,
-            "growth": x.growth.tolist(),
-        }
+        | taken(x, "per_second error_per_second resolution turns")
+        | {"turn_s": x.turn, "growth": x.growth.tolist()}
         for name, x in exponents.items()
     }
 

@@ -66,7 +66,7 @@ def varied(scene: Scene, name: str, size: float | str | None = None) -> Varied:
     if size is None:
         return Varied(name, value, abs(value), units, make)
     try:
-        number = quantity(size, units) if isinstance(size, str) else size
+        number = quantity(size, units)
     except ValueError as error:
         raise ValueError(f"size of {name}: {error}") from None
     return Varied(name, value, checks.positive(f"size of {name}", number), units, make)

@@ -88,7 +88,7 @@ def scene_file(path: Path) -> Case:
             LOG.warning("%s: nothing in the file reads %s", path, ", ".join(sorted(unused)))
         length = document.get("until")
         with at("until"):
-            length = quantity(length, "s") if isinstance(length, str) else length
+            length = quantity(length, "s")
     except Misplaced as error:
         raise _placed(path, text, document, error) from None
     function = partial(_scene, path, text, document, parameters)
@@ -134,7 +134,7 @@ def _parts(document: Mapping, path: Path) -> Scene:
     elements = [parts.element(*key) for s in order for key in tables if key[0] == s]
     gravity = document.get("gravity", [0.0, -9.81])
     with at("gravity"):
-        gravity = tuple(quantity(g, "m/s2") if isinstance(g, str) else g for g in gravity)
+        gravity = tuple(quantity(g, "m/s2") for g in gravity)
     if not elements:
         raise ValueError(f"{path}: no joint, load or drive is there; [joint] has the joints")
     scene = Scene(*elements, gravity=gravity, name=document.get("name", path.stem))

@@ -104,7 +104,7 @@ def limits_of(limits: Mapping[str, float | str], metrics: Mapping[str, str]) -> 
         if metrics and not name.endswith(SELDOM):
             checks.known("no metric", name, metrics)
         try:
-            number = quantity(limit, metrics.get(name)) if isinstance(limit, str) else limit
+            number = quantity(limit, metrics.get(name))
         except ValueError as error:
             raise ValueError(f"limit of {name}: {error}{_written(metrics.get(name))}") from None
         numbers[name] = checks.finite(f"limit of {name}", number)

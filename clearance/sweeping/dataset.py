@@ -67,7 +67,7 @@ def dataset(
         raise ValueError("dataset: give at least one channel, such as bodies/slider/ax")
     if isinstance(noise, str) and noise.strip().endswith("%"):
         checks.share("noise", noise)
-    mounting = quantity(mounting, "rad") if isinstance(mounting, str) else mounting
+    mounting = quantity(mounting, "rad")
     checks.non_negative("mounting", mounting)
     partners = [crossed(n)[0] for n in names] if mounting else []
     ranges = dict(ranges) if ranges else usual(case, fixed or {})

@@ -156,7 +156,7 @@ def fit_class(name: str, diameter: float | str | None = None) -> FitClass:
     given = inside if inside is not None else diameter
     if given is None:
         raise ValueError(f"{name} needs a diameter: {name}@20mm")
-    size = quantity(given, "m") if isinstance(given, str) else given
+    size = quantity(given, "m")
     size = checks.positive(f"{name}: diameter", size)
     if size > LARGEST * (1.0 + 1e-12):
         raise ValueError(f"{name}: diameters up to 500 mm have classes, got {1e3 * size:g} mm")

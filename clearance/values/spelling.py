@@ -1,11 +1,17 @@
 """One quantity in two spellings: joints/B/force_max, as channels and extremes have it, and
-joint_B_force_max, as columns of tables have it. Either is taken wherever a name is expected.
+joint_B_force_max, as columns of tables have it. Either stands wherever a name is expected. Parts
+of a thing by several names.
 """
 
 from collections.abc import Container, Mapping
 
 #: how names of columns begin, by the group of a path
 GROUPS = {"joints": "joint_", "drives": "drive_", "bodies": ""}
+
+
+def taken(thing: object, names: str) -> dict[str, object]:
+    """Attributes of a thing by their names, with blanks between these."""
+    return {name: getattr(thing, name) for name in names.split()}
 
 
 def as_column(name: str) -> str:

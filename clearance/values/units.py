@@ -138,13 +138,16 @@ def shown(value: object, units: str) -> str:
     return f"{text} ({number:.4g} {unit})"
 
 
-def quantity(text: str, units: str | None = None) -> float:
-    """A number with an optional unit ("300rpm", "0.1 mm", "40cP", "5e-5") in SI.
+def quantity(text: str | float, units: str | None = None) -> float:
+    """A number with an optional unit ("300rpm", "0.1 mm", "40cP", "5e-5") in SI; one without text
+    as it is.
 
     units: the expected SI unit; a unit of another kind raises ValueError (kinds that this table
         lacks pass). "46cSt@870kg/m3" is a viscosity, of an oil with this density; "Ra0.4um+Ra0.8um"
         the rms roughness of two surfaces together, see `rough`.
     """
+    if not isinstance(text, str):
+        return text
     if text.lstrip().startswith(ROUGH):
         return rough(text, units)
     kinematic, at, heavy = text.partition("@")

@@ -182,18 +182,8 @@ def wear(
         >>> life.done
         True
     """
-    plan = Plan(
-        turns=float(turns),
-        share=share,
-        tolerance=tolerance,
-        settle=settle,
-        average=average,
-        jump=jump,
-        jump_turns=jump_turns,
-        rtol=rtol,
-        method=method,
-        samples_per_turn=samples_per_turn,
-    )
+    of_stages = settle, average, jump, jump_turns, rtol, method, samples_per_turn
+    plan = Plan(float(turns), share, tolerance, *of_stages)
     scene = load_case(case, **parameters)
     folder = Path(directory)
     with in_hand(folder):
