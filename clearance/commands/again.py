@@ -5,22 +5,9 @@ from pathlib import Path
 
 #: options that come from the file
 OF_THE_FILE = (
-    "parameters",
-    "turns",
-    "until",
-    "rtol",
-    "error",
-    "method",
-    "max_step",
-    "samples_per_turn",
-    "channels",
-    "pressure_fields",
-    "compression",
-    "settle",
-    "start",
-    "steady",
+    "parameters turns until rtol error method max_step samples_per_turn channels pressure_fields "
+    "compression settle start steady"
 )
-
 
 OPTIONS = {
     "--again": "CASE is a result file, or the folder of a fit: run it again, from the scene and "
@@ -36,7 +23,7 @@ def scene_of(options):
     from clearance.run.again import again
     from clearance.scene.case import Case, Parameter
 
-    for name in OF_THE_FILE:
+    for name in OF_THE_FILE.split():
         if getattr(options, name) != options.usual(name):
             word = "-p" if name == "parameters" else f"--{name.replace('_', '-')}"
             raise ValueError(f"{word} beside --again: the file {options.case} has it; leave it out")

@@ -13,8 +13,8 @@ from clearance.commands.common import (
     DONE,
     FAILED,
     Line,
-    json_text,
     make_folder,
+    show,
 )
 from clearance.run.interrupts import end_groups, lead_group, terminable
 from clearance.values.checks import known, whole
@@ -62,8 +62,7 @@ def run(options) -> int:
         names = [name for name in names if not _timed(name)]
     titles = {name: workshop.about(name)[0] for name in names}
     if options.list:
-        print(json_text(titles) if options.json else "\n".join(_listed(names)))
-        return DONE
+        return show(options, titles, _listed(names))
     whole("--workers", options.workers, 1)
     make_folder(options)
     folder, began = Path(options.output), time.perf_counter()
@@ -75,16 +74,14 @@ def run(options) -> int:
             page = gallery.page(folder)
     seconds = time.perf_counter() - began
     failed = [e.name for e in drawn if e.status != gallery.DONE]
-    if options.json:
-        document = {
-            "status": "failed" if failed else "complete",
-            "folder": str(folder),
-            "seconds": seconds,
-        }
-        print(json_text(document | {"figures": [dataclasses.asdict(e) for e in drawn]}))
-    else:
-        print(f"{len(drawn) - len(failed)} of {len(drawn)} figures in {seconds:.0f} s; see {page}")
-    return FAILED if failed else DONE
+    document = {
+        "status": "failed" if failed else "complete",
+        "folder": str(folder),
+        "seconds": seconds,
+        "figures": [dataclasses.asdict(e) for e in drawn],
+    }
+    done = f"{len(drawn) - len(failed)} of {len(drawn)} figures in {seconds:.0f} s; see {page}"
+    return show(options, document, [done], FAILED if failed else DONE)
 
 
 def _draw(options, names: list[str], folder: Path) -> list:

@@ -6,13 +6,12 @@ import re
 from pathlib import Path
 
 from clearance.commands.common import (
-    DONE,
     Line,
     add_command,
     add_options,
-    json_text,
     make_folder,
     publish,
+    show,
 )
 
 
@@ -117,8 +116,7 @@ def _coefficients(options) -> int:
     if options.output:
         document["files"] = [str(Path(options.output) / "film_coefficients.md")]
         Path(document["files"][0]).write_text("\n".join(lines) + "\n")
-    print(json_text(document) if options.json else "\n".join(lines))
-    return DONE
+    return show(options, document, lines)
 
 
 def _map(options) -> int:

@@ -13,15 +13,8 @@ from clearance.commands.common import (
     taken,
 )
 
-#: options of a run from its start, and their defaults
-OTHERS = {
-    "turns": None,
-    "until": None,
-    "max_step": None,
-    "checkpoint": None,
-    "settle": None,
-    "pressure_fields": None,
-}
+#: options of a run from its start
+OTHERS = "turns until max_step checkpoint settle pressure_fields"
 DEFAULT_RTOL = 1e-6  # of `clearance run`; a periodic motion has a finer one
 LISTED = 6  # multipliers in print, at most
 LEAST = 1e-6  # error of a multiplier in print, at least
@@ -48,8 +41,8 @@ def check(options) -> None:
     """
     if options.steady is None:
         return
-    for name, default in OTHERS.items():
-        if getattr(options, name) != default:
+    for name, value in taken(options, OTHERS).items():
+        if value is not None:
             raise ValueError(
                 f"--{name.replace('_', '-')} has no meaning beside --steady: "
                 "the file holds one period"

@@ -25,6 +25,7 @@ llvm.initialize_native_asmprinter()
 LOG = logging.getLogger("clearance")
 LONG = 1_000_000  # characters of a module that takes a second or more
 WIDTHS = (1, 2, 4, 8)
+LEVEL = 2  # of optimisation
 #: features as LLVM takes them
 WIDE = f"{FEATURES},-prefer-256-bit" if "avx512f" in HAS else FEATURES
 
@@ -61,16 +62,14 @@ class Code:
     where that is less than its text.
     """
 
-    def __init__(
-        self, module: ir.Module | Callable[[], ir.Module], about: str = "", level: int = 2
-    ):
+    def __init__(self, module: ir.Module | Callable[[], ir.Module], about: str = ""):
         made_from = about or str(module)
         with global_compiler_lock:
             machine = llvm.Target.from_default_triple().create_target_machine(
-                cpu=PROCESSOR, features=WIDE, opt=level
+                cpu=PROCESSOR, features=WIDE, opt=LEVEL
             )
-            stem = f"lanes_{digest_of(f'{level} {WIDE} {made_from}')}"
-            code, _ = stored(stem, lambda: _object_code(module, machine, level))
+            stem = f"lanes_{digest_of(f'{LEVEL} {WIDE} {made_from}')}"
+            code, _ = stored(stem, lambda: _object_code(module, machine))
             self.engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
             self.engine.add_object_file(llvm.ObjectFileRef.from_data(code))
             self.engine.finalize_object()
@@ -79,14 +78,14 @@ class Code:
         return self.engine.get_function_address(name)
 
 
-def _object_code(module, machine: llvm.TargetMachine, level: int) -> bytes:
+def _object_code(module, machine: llvm.TargetMachine) -> bytes:
     """Machine code of a module, see `Code`."""
     text = str(module() if callable(module) else module)
     if len(text) > LONG:
         LOG.info("compiling: motions of this structure in lanes, once (some seconds)")
     parsed = llvm.parse_assembly(text)
     parsed.verify()
-    options = llvm.create_pipeline_tuning_options(speed_level=level)
+    options = llvm.create_pipeline_tuning_options(speed_level=LEVEL)
     passes = llvm.create_pass_builder(machine, options)
     passes.getModulePassManager().run(parsed, passes)
     return machine.emit_object(parsed)

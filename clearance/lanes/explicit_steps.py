@@ -53,8 +53,8 @@ def unfit(mechanism: Mechanism) -> str | None:
 def add_rows(rows, shape) -> None:
     """Rows that this method needs."""
     n = shape.states
-    rows.add("error", "last_h", "felt", "stiff", "mild")
-    rows.add("new", "slope", count=shape.size)
+    rows.add("error last_h felt stiff mild")
+    rows.add("new slope", count=shape.size)
     rows.add("stages", count=STAGES * n)
     rows.add("polynomial", count=DEGREE * n)
     if shape.contacts:

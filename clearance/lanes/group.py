@@ -297,7 +297,7 @@ class Driver:
         numbers = {"quantities": quantities, "limit": limit or LONGEST, "size": shape.size}
         held = sum(rows.counts[name] for name in group.stepper.HELD)
         numbers |= {"held": held, "pause": LONGEST}
-        numbers |= {f"{name}_row": rows.first.get(name, 0) for name in queue.ROWS}
+        numbers |= {f"{name}_row": rows.first.get(name, 0) for name in queue.ROWS.split()}
         for name, number in (numbers | {"then": group.stepper.NEXT}).items():
             self.memory[name] = number
         self.rows = aligned(rows.total, width)

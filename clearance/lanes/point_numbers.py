@@ -12,7 +12,6 @@ one (`NotForLanes`).
 import itertools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
@@ -36,24 +35,9 @@ class NotForLanes(Exception):
     """The reason for which points of a sweep cannot share a memory or run in lanes."""
 
 
-@dataclass(frozen=True)
-class Start:
-    """All numbers with which a run begins, before films change natural sizes."""
-
-    numbers: np.ndarray  # of the parameter vector, without the derived ones and tables
-    state: np.ndarray
-    work: np.ndarray
-    sizes: np.ndarray  # natural sizes of the coordinates, then of states of first order
-    reach: np.ndarray  # free ways of spots
-    scalars: np.ndarray  # see SCALARS
-    leaves: np.ndarray  # numbers of the scene's description
-
-    @property
-    def vector(self) -> np.ndarray:
-        """All in one row."""
-        return np.concatenate([getattr(self, name) for name in PARTS])
-
-
+#: parts of a start: numbers of the parameter vector, without the derived ones and tables; states;
+#: work vector; natural sizes of the coordinates, then of states of first order; free ways of spots;
+#: see SCALARS; numbers of the scene's description
 PARTS = ("numbers", "state", "work", "sizes", "reach", "scalars", "leaves")
 #: turn of the drive [s] (0: none turns), frequency [rad/s], size [m], mass [kg]
 SCALARS = ("turn", "frequency", "size", "mass")
@@ -72,8 +56,10 @@ def leaves_of(description: object) -> Iterator[tuple[tuple, object]]:
             yield path, value
 
 
-def start_of(run: Run) -> Start:
-    """The start of a run that has not begun."""
+def start_of(run: Run) -> dict[str, np.ndarray]:
+    """Parts of all numbers with which a run that has not begun begins, before films change natural
+    sizes.
+    """
     mechanism = run.mechanism
     turn, work = mechanism.scene.turn, mechanism.work0.copy()
     blended = [i for i, (_, spot) in enumerate(mechanism.spots) if spot.kind == BLENDED]
@@ -81,7 +67,7 @@ def start_of(run: Run) -> Start:
     described = (v for _, v in leaves_of(mechanism.scene.description()))
     mass = sum(b.mass for b in mechanism.scene.bodies)
     scalars = turn or 0.0, mechanism.frequency, mechanism.start.size, mass
-    return Start(
+    parts = (
         mechanism.par[: len(mechanism.layout.parameters)].copy(),
         mechanism.y0,
         work,
@@ -90,6 +76,7 @@ def start_of(run: Run) -> Start:
         np.array(scalars, dtype=float),
         np.array([v for v in described if type(v) is float]),
     )
+    return dict(zip(PARTS, parts, strict=True))
 
 
 class PointNumbers:
@@ -119,8 +106,8 @@ class PointNumbers:
         self.base = base or middle
         self.run = self._tried(self.base)
         self.kind = self._kind(self.run)
-        self.fixed = start_of(self.run).vector
-        self.sizes = [getattr(start_of(self.run), name).size for name in PARTS]
+        parts = list(start_of(self.run).values())
+        self.fixed, self.sizes = np.concatenate(parts), [part.size for part in parts]
         self.rounded = self._rounded()
         trials = [*self._corners(), *self._between()]
         rows = np.array([self._row(trial) for trial in trials])
@@ -171,7 +158,7 @@ class PointNumbers:
         if (kind := self._kind(run)) != self.kind:
             many = "film tables" if kind[:2] == self.kind[:2] else "structures"
             raise NotForLanes(f"its points have several {many}")
-        return start_of(run).vector
+        return np.concatenate(list(start_of(run).values()))
 
     def _same(self, values: np.ndarray, base: np.ndarray) -> np.ndarray:
         """True for numbers that are equal within the share."""
@@ -236,19 +223,19 @@ class PointNumbers:
         """
         scene = self.scene_of({name: Column(values) for name, values in columns.items()})
         layout, start = self.run.mechanism.layout, start_of(self.run)
-        numbers = list(start.numbers)
+        numbers = list(start["numbers"])
         for name, number in numbers_of(scene):
             if name in layout.parameters and isinstance(number, Column):
                 numbers[layout.parameters[name]] = number
         states = {f"{e.key}/{s.name}": s.size for e in scene.elements for s in e.states()}
         names = [*layout.coordinates, *layout.first_order]
-        sizes = [states.get(n, size) for n, size in zip(names, start.sizes, strict=True)]
+        sizes = [states.get(n, size) for n, size in zip(names, start["sizes"], strict=True)]
         reach = [spot.reach for _, spot in scene.spots]
         size = size_of(scene)
         mass = sum(b.mass for b in scene.bodies)
         scalars = [scene.turn or 0.0, self._frequency(scene, size, numbers), size, mass]
         leaves = [v for _, v in leaves_of(scene.description()) if isinstance(v, float)]
-        row = [*numbers, *start.state, *start.work, *sizes, *reach, *scalars, *leaves]
+        row = [*numbers, *start["state"], *start["work"], *sizes, *reach, *scalars, *leaves]
         count = len(next(iter(columns.values())))
         return np.column_stack([np.broadcast_to(values_of(number), count) for number in row])
 

@@ -13,9 +13,9 @@ PROBES = 8  # parts of a step that is searched for contacts
 def add_probes(rows, shape) -> None:
     """Rows that the search for contacts needs."""
     spots = len(shape.contacts)
-    rows.add("begins", "ends", count=2 * spots)  # penetration and its rate of each spot
+    rows.add("begins ends", count=2 * spots)  # penetration and its rate of each spot
     rows.add("probes", count=2 * spots * (PROBES - 1))
-    rows.add("aimed", "event")
+    rows.add("aimed event")
 
 
 def met_inside(piece, shape, entries, polynomial: list):

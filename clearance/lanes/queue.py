@@ -39,48 +39,10 @@ WAITING = 0.75  # share of the lanes that wait for the end of their step, when i
 
 #: rows that the driver reads and sets; the place of each is a number of the driver, as `phase_row`
 ROWS = (
-    "phase",
-    "status",
-    "t",
-    "end",
-    "begun",
-    "last_h",
-    "steps",
-    "rejected",
-    "sample_time",
-    "sample_theta",
-    "share",
-    "inner_time",
-    "inner_theta",
-    "within",
-    "value",
-    "last",
-    "next",
-    "between",
-    "search",
-    "found",
-    "seen",
-    "tracks",
-    "sums",
-    "summands",
-    "at_begin",
-    "at_middle",
-    "at_end",
-    "refine",
-    "given",
-    "sample_base",
-    "y",
-    "h",
-    "step",
-    "rtol",
-    "work",
-    "aimed",
-    "event",
-    "begins",
-    "ends",
-    "probes",
-    "new",
-    "slope",
+    "phase status t end begun last_h steps rejected sample_time sample_theta share "
+    "inner_time inner_theta within value last next between search found seen tracks sums "
+    "summands at_begin at_middle at_end refine given sample_base y h step rtol work aimed "
+    "event begins ends probes new slope"
 )
 
 #: columns of `spans`, a row for each point
@@ -107,7 +69,7 @@ def layout(*, width: int, quantities: int, contacts: int) -> np.dtype:
     rows of `impacts`; begun: 1 once it has begun; pause: turns after which runs wait to go on.
     """
     numbers = ("held", "quantities", "active", "limit", "taken", "alive", "then", "size", "filled")
-    numbers += ("begun", "pause", *(f"{name}_row" for name in ROWS))
+    numbers += ("begun", "pause", *(f"{name}_row" for name in ROWS.split()))
     arrays = [
         ("progress", float, (width, PROGRESS)),
         ("drawn", int, (width, width)),  # numbers of the samples that wait, by lane

@@ -16,9 +16,9 @@ class Rows:
         self.counts: dict[str, int] = {}
         self.total = 0
 
-    def add(self, *names: str, count: int = 1) -> None:
-        """One row, or so many, for each name."""
-        for name in names:
+    def add(self, names: str, count: int = 1) -> None:
+        """One row, or so many, for each name; names: with blanks between."""
+        for name in names.split():
             self.first[name], self.counts[name] = self.total, count
             self.total += count
 

@@ -67,24 +67,12 @@ class Entries:
 
 def add_rows(rows, shape) -> None:
     """Rows that all methods need."""
-    rows.add(
-        "phase",
-        "status",
-        "t",
-        "h",
-        "end",
-        "longest",
-        "rtol",
-        "step",
-        "last_step",
-        "last_error",
-        "refusal",
-    )
-    rows.add("refusals", "steps", "rejected", "begin_step", "begun", "effort", "newton_rate")
-    rows.add("y", "f", count=shape.size)
-    rows.add("scale", "base", count=shape.states)
+    rows.add("phase status t h end longest rtol step last_step last_error refusal")
+    rows.add("refusals steps rejected begun effort newton_rate")
+    rows.add("y f", count=shape.size)
+    rows.add("scale base", count=shape.states)
     rows.add("diagonal", count=2 * len(shape.films))
-    rows.add("before", "damping", "clearance", "pull", "rate_x", "rate_y", count=len(shape.films))
+    rows.add("before damping clearance pull rate_x rate_y", count=len(shape.films))
 
 
 def sizes_of_films(

@@ -55,19 +55,19 @@ def add_rows(rows, shape) -> None:
     """Rows that this method needs."""
     n, size = shape.states, shape.rates
     exchanges = size * (size - 1) // 2
-    rows.add("solved", "factor", "old", "iteration", "last_h", "predictor", "convergence")
+    rows.add("solved factor old iteration last_h predictor convergence")
     rows.add("weight", count=n)
-    rows.add("stages", "polynomial", count=STAGES * n)
+    rows.add("stages polynomial", count=STAGES * n)
     rows.add("transformed", count=STAGES * size)
     rows.add("powers", count=STAGES * shape.ledger)
-    rows.add("real", "complex_real", "complex_imag", count=size * size)
-    rows.add("exchanges", "complex_exchanges", count=exchanges)
+    rows.add("real complex_real complex_imag", count=size * size)
+    rows.add("exchanges complex_exchanges", count=exchanges)
     if shape.gradual:
         rows.add("begins", count=2 * len(shape.gradual))  # penetrations and rates of a step's begin
         rows.add("shortened")  # so that a step ends where contact sets in
     if shape.contacts:
         add_probes(rows, shape)
-        rows.add("new", "slope", count=shape.size)
+        rows.add("new slope", count=shape.size)
     rows.add("coupling", count=size * shape.coordinates)  # of the Jacobian: rates by coordinates
 
 

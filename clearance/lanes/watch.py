@@ -89,12 +89,12 @@ def text_of(watch, count: int) -> str:
 def add_rows(rows, watch, held: tuple[str, ...]) -> None:
     """Rows of the outputs; held: rows of a step that places inside it need."""
     count = len(watch.quantities)
-    rows.add("refine", "interval", "within", "found", "share", "sample_time", "sample_theta")
-    rows.add("inner_time", "inner_theta")
+    rows.add("refine interval within found share sample_time sample_theta")
+    rows.add("inner_time inner_theta")
     for name in held:
         rows.add(f"sample_{name}", count=rows.counts[name])
-    rows.add("value", "last", "next", "between", "search", "seen", count=count)
-    rows.add("sums", "summands", "at_begin", "at_middle", "at_end", count=len(watch.reductions))
+    rows.add("value last next between search seen", count=count)
+    rows.add("sums summands at_begin at_middle at_end", count=len(watch.reductions))
     rows.add("tracks", count=len(watch.tracks))
     rows.add("given", count=watch.given)
     rows.add("own", count=watch.own)

@@ -32,59 +32,43 @@ if TYPE_CHECKING:  # what files alone need
 ABOUT = ("units", "long_name")
 #: end of the names of checksums of texts
 BESIDE = f"_{CHECK}"
+
+
+def by_name(names: dict[str, str]) -> dict[str, str]:
+    """From names by what they share, that by name."""
+    return {name: shared for shared, several in names.items() for name in several.split()}
+
+
 #: units of what is known of a joint or of the energy in total
-FACT_UNITS = {
-    "radius": "m",
-    "clearance": "m",
-    "length": "m",
-    "viscosity": "Pa s",
-    "roughness": "m",
-    "layer": "m",
-    "pin_radius": "m",
-    "overlap": "m",
-    "friction_arm": "m",
-    "bending_arm": "m",
-    "angle": "rad",
-    "peak_force": "N",
-    "peak_force_time": "s",
-    "smallest_gap": "m",
-    "smallest_gap_time": "s",
-    "film_pressure": "Pa",
-    "film_thickness_ratio": "1",
-    "piezoviscous_number": "1",
-    "flattening_ratio": "1",
-    "share_full_film": "1",
-    "share_mixed": "1",
-    "share_dry": "1",
-    "mean_asperity_share": "1",
-    "film_table_error_closing": "1",
-    "film_table_error_opening": "1",
-    "film_table_error_flow": "1",
-    "film_table_error_shear": "1",
-    "film_table_error_median": "1",
-    "turned_over": "J",
-    "largest_residual": "J",
-}
+FACT_UNITS = by_name(
+    {
+        "m": "radius clearance length roughness layer pin_radius overlap friction_arm bending_arm "
+        "smallest_gap",
+        "Pa s": "viscosity",
+        "rad": "angle",
+        "N": "peak_force",
+        "s": "peak_force_time smallest_gap_time",
+        "Pa": "film_pressure",
+        "1": "film_thickness_ratio piezoviscous_number flattening_ratio share_full_film "
+        "share_mixed share_dry mean_asperity_share film_table_error_closing "
+        "film_table_error_opening film_table_error_flow film_table_error_shear "
+        "film_table_error_median",
+        "J": "turned_over largest_residual",
+    }
+)
 TEXT, NUMBER, ROW = "a text", "a number", "a row of numbers"
-_TEXTS = (
-    "case parameters scene kernel status created units long_name method method_reason key known "
-    "kind axis role "
-    "definition model options facts doubts errors_left_out asked cannot "
-    "parameter request made ended command"
-)
-_NUMBERS = (
-    "rtol wall_s loop_s stretch_s energy_residual_share order steps rejected evaluations jacobians "
-    "factorisations "
-    "journal_bytes format_version companion_rtol spread begin_s end_s"
-)
-_ROWS = "actual_range lowest highest force_highest atol"
 #: what attributes of these names must be
-KINDS = {
-    **dict.fromkeys(FACT_UNITS, NUMBER),
-    **dict.fromkeys(_TEXTS.split(), TEXT),
-    **dict.fromkeys(_NUMBERS.split(), NUMBER),
-    **dict.fromkeys(_ROWS.split(), ROW),
-}
+KINDS = dict.fromkeys(FACT_UNITS, NUMBER) | by_name(
+    {
+        TEXT: "case parameters scene kernel status created units long_name method method_reason "
+        "key known kind axis role definition model options facts doubts errors_left_out asked "
+        "cannot parameter request made ended command",
+        NUMBER: "rtol wall_s loop_s stretch_s energy_residual_share order steps rejected "
+        "evaluations jacobians factorisations journal_bytes format_version companion_rtol spread "
+        "begin_s end_s",
+        ROW: "actual_range lowest highest force_highest atol",
+    }
+)
 SMALL = 2**24  # bytes of a column that fits into the memory of any machine
 #: times by which gzip makes a column smaller, at most
 PACKED = 1100

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from clearance.results.tables import TEXTS, Column, Group, TableLayout, texts_of
+from clearance.results.tables import Column, Group, TableLayout, texts, texts_of
 
 TRUSTED = 0.05  # error over value up to which a sensitivity is trusted
 #: error of a change relative to the metric, over that of the parameter, that hardly counts
@@ -18,11 +18,11 @@ NEGLIGIBLE = 1e-4
 PERCENT = 0.01
 OF_BOTH = ("metric", "parameter")
 SENSITIVITIES = TableLayout(
-    metric=Column("1", "name of a metric", (), TEXTS),
-    metric_units=Column("1", "units of the metric", ("metric",), TEXTS),
+    metric=texts("name of a metric"),
+    metric_units=texts("units of the metric", "metric"),
     metric_value=Column("1", "value of the metric, in metric_units", ("metric",)),
-    parameter=Column("1", "name of a parameter", (), TEXTS),
-    parameter_units=Column("1", "units of the parameter", ("parameter",), TEXTS),
+    parameter=texts("name of a parameter"),
+    parameter_units=texts("units of the parameter", "parameter"),
     size=Column("1", "size of the parameter, in parameter_units", ("parameter",)),
     value=Column(
         "1",

@@ -196,6 +196,11 @@ class Column:
     kind: str = NUMBERS
 
 
+def texts(text: str, *along: str) -> Column:
+    """A column of texts."""
+    return Column("1", text, along, TEXTS)
+
+
 class TableLayout(dict[str, Column]):
     """Columns of a table by name; a scale is of one axis, its own."""
 
@@ -273,8 +278,8 @@ def texts_of(values: Iterable[str]) -> np.ndarray:
 
 OF_EXTREMES = ("stretch", "quantity")
 EXTREMES = TableLayout(
-    quantity=Column("1", "quantity: path of a channel, or of a vector, and its end", (), TEXTS),
-    units_of=Column("1", "units of each quantity", ("quantity",), TEXTS),
+    quantity=texts("quantity: path of a channel, or of a vector, and its end"),
+    units_of=texts("units of each quantity", "quantity"),
     stretch=Column("s", "start of each stretch of the run"),
     value=Column(
         "1",
@@ -308,10 +313,8 @@ def extremes_group(extremes: Extremes) -> Group:
 
 
 INTEGRALS = TableLayout(
-    integral=Column(
-        "1", "integrand: path of a channel, or of a vector, and _square or _positive", (), TEXTS
-    ),
-    integral_units=Column("1", "units of each integral", ("integral",), TEXTS),
+    integral=texts("integrand: path of a channel, or of a vector, and _square or _positive"),
+    integral_units=texts("units of each integral", "integral"),
     part_end=Column("s", "end of each part of the run; the first begins with the run"),
     amount=Column("1", "integral over each part, in integral_units", ("part_end", "integral")),
 )
@@ -336,15 +339,10 @@ def integrals_of(reader: Reader) -> Integrals:
 
 #: stated errors; those of extremes stand in /extremes
 ERRORS = TableLayout(
-    name=Column(
-        "1",
-        "name of a metric, of a located extreme, or trajectory (over the clearance)",
-        (),
-        TEXTS,
-    ),
-    units_of=Column("1", "units of value, stated and film", ("name",), TEXTS),
-    kind=Column("1", "way in which the error was found", ("name",), TEXTS),
-    channel=Column("1", "path of a channel", (), TEXTS),
+    name=texts("name of a metric, of a located extreme, or trajectory (over the clearance)"),
+    units_of=texts("units of value, stated and film", "name"),
+    kind=texts("way in which the error was found", "name"),
+    channel=texts("path of a channel"),
     share=Column(
         "1",
         "three times the largest difference of a channel from the companion over its range",
