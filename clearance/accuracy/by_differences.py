@@ -28,7 +28,7 @@ import numpy as np
 from clearance.accuracy.companion import COUNTS, LARGEST, LONGER, ROOM
 from clearance.accuracy.fixed_steps import Ends, Refused, Replay, halved
 from clearance.machine.callback import Callback
-from clearance.metrics.metrics import Metric, metrics
+from clearance.metrics.metrics import Metrics, metrics
 from clearance.results.errors import geometric_mean
 from clearance.results.recorder import MemoryRecord
 from clearance.results.sensitivity import Sensitivities, Sensitivity
@@ -49,7 +49,7 @@ COUNTED = ("_mode_", "_half_width", "_jam_ratio", "_position_deviation")
 #: makes a run of a scene that has not begun, given the tolerance and the method
 Prepared = Callable[..., Run]
 #: metrics of a run and its record
-Summed = Callable[[Run, MemoryRecord], dict[str, Metric]]
+Summed = Callable[[Run, MemoryRecord], Metrics]
 
 
 class Impossible(RuntimeError):
@@ -178,7 +178,7 @@ class Steps:
             first = Replay(first, shares * self.span.until, self.span.until)
         self.record = recorded(first)
         self.ends = np.array(ends.times) if shares is None else first.ends
-        self.middle: dict[int, dict[str, Metric]] = {}  # without a change, by halvings
+        self.middle: dict[int, Metrics] = {}  # without a change, by halvings
 
     def _prepared(self, run: Run, rtol: float, method: str, scene: Scene) -> Run:
         """The run of a scene as long as the first: in turns, where something turns evenly."""
@@ -193,7 +193,7 @@ class Steps:
             opened=run.mechanism.opened,
         )
 
-    def around(self, number: Varied, places: tuple[int, ...]) -> dict[int, dict[str, Metric]]:
+    def around(self, number: Varied, places: tuple[int, ...]) -> dict[int, Metrics]:
         """Metrics by place, in widths. Raises Impossible."""
         while True:
             try:
@@ -203,7 +203,7 @@ class Steps:
                     raise Impossible(f"with another {number.name} {reason} fails") from None
                 self.ends, self.halvings = halved(self.ends), self.halvings + 1
 
-    def _metrics(self, number: Varied, offset: int) -> dict[str, Metric]:
+    def _metrics(self, number: Varied, offset: int) -> Metrics:
         if offset == 0 and self.halvings in self.middle:
             return self.middle[self.halvings]
         run = self.prepared(self.sensing.scene_at(number, offset))
@@ -224,8 +224,8 @@ def recorded(run: Run) -> MemoryRecord:
 
 def differences(
     number: Varied,
-    values: dict[int, dict[str, Metric]],
-    others: dict[int, dict[str, Metric]],
+    values: dict[int, Metrics],
+    others: dict[int, Metrics],
     width: float = WIDTH,
     safety: float = 1.0,
 ) -> Iterator[tuple[str, Sensitivity]]:

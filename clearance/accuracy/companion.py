@@ -33,7 +33,7 @@ from clearance.elements.joint import ClearanceJoint
 from clearance.film.lookup import Tabulated
 from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism
-from clearance.metrics.metrics import Metric, Window, metrics, offsets
+from clearance.metrics.metrics import Metrics, Window, metrics, offsets
 from clearance.results.errors import AUTO, TRAJECTORY, Error, Errors, ExtremeErrors, geometric_mean
 from clearance.results.extremes import sign_of
 from clearance.results.record import Record
@@ -80,7 +80,7 @@ EXTREME, MEAN, COUNT = "extreme", "mean", "count"
 #: stronger films; the last axis, where there is one, goes over the runs
 Numbers = dict[str, np.ndarray]
 #: metrics of a record by name
-Summed = Callable[[Record], dict[str, Metric]]
+Summed = Callable[[Record], Metrics]
 
 
 class CompanionFailed(RuntimeError):

@@ -11,7 +11,7 @@ from clearance.accuracy.companion import (
     stated,
 )
 from clearance.accuracy.request import Request, ToleranceSearch
-from clearance.metrics.metrics import Metric
+from clearance.metrics.metrics import Metric, Metrics
 from clearance.results.errors import Errors, asks
 from clearance.results.recorder import MemoryRecord
 from clearance.run.recording import record_run
@@ -44,7 +44,7 @@ class Stating:
         answer.attempt.memory.replay(keeper)
         return answer.cannot or None
 
-    def columns(self, record: MemoryRecord, values: dict[str, Metric], summed) -> dict[str, Metric]:
+    def columns(self, record: MemoryRecord, values: Metrics, summed) -> Metrics:
         """Errors of the metrics of a run that has come to its end; none where they cannot be
         stated.
         """

@@ -22,6 +22,7 @@ from clearance.stepping.control import BAND
 from clearance.stepping.locating import FREE
 from clearance.stepping.state import CLEARANCE, PULL, RATE_X, RATE_Y
 from clearance.tracing.function import Opaque
+from clearance.values.algebra import Arrays
 from clearance.values.spots import CONTACT, FILM
 
 LONGEST = 2**62  # steps
@@ -95,7 +96,7 @@ class Points:
     scale: np.ndarray
     par: np.ndarray
     work: np.ndarray
-    films: dict[str, np.ndarray]
+    films: Arrays
     longest: np.ndarray
     begin: np.ndarray
     until: np.ndarray
@@ -236,7 +237,7 @@ class Group:
         driver.run()
         return self.answers(arrays, [driver])
 
-    def arrays(self, points: Points) -> dict[str, np.ndarray]:
+    def arrays(self, points: Points) -> Arrays:
         """Arrays that all drivers of some points share: numbers, and room for the answers."""
         count, turns = len(points.until), points.turns
         gathered = integers(self.engine.rows.places("y"))
@@ -314,7 +315,7 @@ class Driver:
         )
         self.words = packed(queue.LANES, self.record)
 
-    def _numbers(self, waiting: np.ndarray) -> dict[str, np.ndarray]:
+    def _numbers(self, waiting: np.ndarray) -> Arrays:
         """Arrays of this driver, see queue.ARRAYS."""
         group, rows, width = self.group, self.group.engine.rows, self.group.width
         common = [*rows.places("par"), *rows.places("work"), *rows.places("own")]

@@ -32,6 +32,7 @@ from clearance.metrics.by_turn import Turns, every, loads
 from clearance.metrics.metrics import (
     ROUNDING,
     Metric,
+    Metrics,
     Numbers,
     Reductions,
     Window,
@@ -53,6 +54,7 @@ from clearance.run.ideal_motion import ideal_motion
 from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
 from clearance.stepping import status
+from clearance.values.algebra import Arrays
 from clearance.values.spelling import alike
 
 HOLES = Lock()  # held while the check of a joint is compiled
@@ -409,7 +411,7 @@ class LaneMetrics:
                 ends[i] = time_of(turns, times, counted)
         return ends, good
 
-    def _state(self, stating: Stating) -> dict[str, Metric]:
+    def _state(self, stating: Stating) -> Metrics:
         """Stated errors of the first point. Raises NotForLanes where there are none."""
         if self.request is not None:
             return {
@@ -516,7 +518,7 @@ class LaneMetrics:
         values = answers.extremes[:, first:, list(self.wanted.quantities).index(name)]
         return values.min(axis=1) if name.endswith("_min") else values.max(axis=1)
 
-    def metrics(self, answers: Answers, points: Points) -> dict[str, np.ndarray]:
+    def metrics(self, answers: Answers, points: Points) -> Arrays:
         """Metrics of the points by name, as the first point has them.
 
         Raises NotForLanes for others.
@@ -531,7 +533,7 @@ class LaneMetrics:
 
     def errors(
         self, answers: tuple[Answers, Answers, Answers], points: Points, times: float | np.ndarray
-    ) -> dict[str, np.ndarray]:
+    ) -> Arrays:
         """Stated errors of the metrics, those of the first point; not a number where one cannot be
         stated.
 
@@ -553,7 +555,7 @@ class LaneMetrics:
         without = [n for n in self.first if f"{n}_error" not in stated and not is_period(n)]
         return np.logical_and.reduce([*good, *(~np.isfinite(values[n]) for n in without)])
 
-    def located_in(self, answers: Answers) -> dict[str, np.ndarray]:
+    def located_in(self, answers: Answers) -> Arrays:
         """Located extremes of the window that stated errors compare."""
         return {name: self._of_all(answers, name, self.past) for name in self.located}
 

@@ -22,6 +22,7 @@ from clearance.mechanism.numbers import numbers_of
 from clearance.run.ideal_motion import moves
 from clearance.run.run import Run
 from clearance.scene.scene import Scene
+from clearance.values.algebra import Arrays
 from clearance.values.columns import Column, values_of
 from clearance.values.spots import BLENDED
 
@@ -56,7 +57,7 @@ def leaves_of(description: object) -> Iterator[tuple[tuple, object]]:
             yield path, value
 
 
-def start_of(run: Run) -> dict[str, np.ndarray]:
+def start_of(run: Run) -> Arrays:
     """Parts of all numbers with which a run that has not begun begins, before films change natural
     sizes.
     """
@@ -93,7 +94,7 @@ class PointNumbers:
         self,
         scene: Callable[[dict], Scene],
         prepared: Callable[[dict], Run],
-        columns: dict[str, np.ndarray],
+        columns: Arrays,
         share: float = 0.0,
         base: dict[str, float] | None = None,
         alone: bool = False,
@@ -177,7 +178,7 @@ class PointNumbers:
         sizes[first : first + mechanism.size] = mechanism.scale
         return sizes
 
-    def _classify(self, swept: dict[str, np.ndarray], rows: np.ndarray) -> None:
+    def _classify(self, swept: Arrays, rows: np.ndarray) -> None:
         """Separate the numbers that are the same everywhere, those that the scene of columns gives,
         and those that follow from one parameter.
         """
@@ -204,7 +205,7 @@ class PointNumbers:
             n: (places, self._scan(n)[:, places]) for n, places in following.items() if places
         }
 
-    def _as_formed(self, swept: dict[str, np.ndarray], rows: np.ndarray) -> np.ndarray:
+    def _as_formed(self, swept: Arrays, rows: np.ndarray) -> np.ndarray:
         """True for numbers that the scene of columns gives."""
         try:
             return self._same(self._formed(swept), rows).all(axis=0)
@@ -217,7 +218,7 @@ class PointNumbers:
             return "its numbers depend on several parameters at once"
         return f"a number of its starts does not come from {next(iter(self.columns))} by arithmetic"
 
-    def _formed(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+    def _formed(self, columns: Arrays) -> np.ndarray:
         """Starts of points as the scene of columns gives them, a row each; all that it does not
         give is that of the base.
         """
@@ -287,11 +288,11 @@ class PointNumbers:
         speeds = [p for p in places if p[0] == "loads" and p[-1] == "speed"]
         return any(map(moves, places)) or bool(speeds) and len(scene.drives) > 1
 
-    def has(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+    def has(self, columns: Arrays) -> np.ndarray:
         """True for points whose values this was made of."""
         return np.logical_and.reduce([np.isin(columns[n], v) for n, v in self.values.items()])
 
-    def vectors(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+    def vectors(self, columns: Arrays) -> np.ndarray:
         """Starts of points, a row each."""
         rows = np.tile(self.fixed, (len(next(iter(columns.values()))), 1))
         if self.formed.size:
@@ -302,7 +303,7 @@ class PointNumbers:
             rows[:, self.solved] = self._prepared(columns)[:, self.solved]
         return rows
 
-    def _prepared(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+    def _prepared(self, columns: Arrays) -> np.ndarray:
         """Starts of points as they are prepared one by one, those of the last points once; where
         none can be, not numbers.
         """
@@ -320,11 +321,11 @@ class PointNumbers:
         except NotForLanes:  # the ordinary way gives the reason
             return np.full_like(self.fixed, np.nan)
 
-    def starts(self, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    def starts(self, columns: Arrays) -> Arrays:
         """Parts of the starts of points, (points, numbers) each."""
         return self.parts(self.vectors(columns))
 
-    def parts(self, vectors: np.ndarray) -> dict[str, np.ndarray]:
+    def parts(self, vectors: np.ndarray) -> Arrays:
         """Parts of starts by name, their numbers along the last axis."""
         ends = np.cumsum(self.sizes)[:-1]
         return dict(zip(PARTS, np.split(vectors, ends, axis=-1), strict=True))

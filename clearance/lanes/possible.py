@@ -8,8 +8,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from clearance.values.algebra import Arrays
 
-def possible(prepared: Callable[[dict], object], columns: dict[str, np.ndarray]) -> np.ndarray:
+
+def possible(prepared: Callable[[dict], object], columns: Arrays) -> np.ndarray:
     """True for the points without an impossible value; it does not depend on their order.
 
     The values of each parameter are tried from both ends inwards, until one is possible. A value is
@@ -32,7 +34,7 @@ def possible(prepared: Callable[[dict], object], columns: dict[str, np.ndarray])
     return good
 
 
-def _works(prepared: Callable, columns: dict[str, np.ndarray], index: int) -> bool:
+def _works(prepared: Callable, columns: Arrays, index: int) -> bool:
     try:
         prepared({name: column[index].item() for name, column in columns.items()})
     except Exception:  # noqa: BLE001 - the ordinary way gives the reason

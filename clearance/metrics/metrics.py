@@ -79,6 +79,9 @@ class Metric:
     time: float | None = None
 
 
+Metrics = dict[str, Metric]  # by name
+
+
 def described(values: Mapping[str, Metric]) -> dict[str, tuple[str, str]]:
     """Units and text of each metric."""
     return {name: (metric.units, metric.text) for name, metric in values.items()}
@@ -215,14 +218,12 @@ def _lagrange(places: np.ndarray, at: np.ndarray) -> np.ndarray:
 Numbers = Iterator[tuple]  # name, value, units, text, and of extremes their time [s]
 
 
-def named(*parts: Numbers) -> dict[str, Metric]:
+def named(*parts: Numbers) -> Metrics:
     """Metrics of a run by name."""
     return {name: Metric(float(value), *about) for part in parts for name, value, *about in part}
 
 
-def metrics(
-    record: Record, settle: float | None = None, ideal: dict | None = None
-) -> dict[str, Metric]:
+def metrics(record: Record, settle: float | None = None, ideal: dict | None = None) -> Metrics:
     """All metrics of a run by name, or by path; empty for one that ended before its window.
 
     settle: turns left out at the start (seconds, where no drive turns), default one where there is
@@ -238,7 +239,7 @@ def metrics(
     return ByName(named(*parts))
 
 
-def startup(record: Record, settle: float | None = None) -> dict[str, Metric]:
+def startup(record: Record, settle: float | None = None) -> Metrics:
     """Extremes of the start-up, which the window of `metrics` leaves out, under the same names;
     none without one.
     """
@@ -675,7 +676,7 @@ def _change(states: np.ndarray, shift: float) -> np.ndarray:
     return later - states[:, :count]
 
 
-def own(function: Callable, record: Record) -> dict[str, Metric]:
+def own(function: Callable, record: Record) -> Metrics:
     """Metrics of a user's function.
 
     Raises ValueError for one that gives neither a number nor numbers by name.

@@ -21,7 +21,7 @@ import numpy as np
 
 from clearance.metrics import statistics as series
 from clearance.metrics.by_turn import ROUNDING, Series, by_turn
-from clearance.metrics.metrics import Metric, Numbers, Window, metrics, named
+from clearance.metrics.metrics import Metrics, Numbers, Window, metrics, named
 from clearance.results.record import Record
 
 SHARES = (0.9, 0.99)  # quantiles of turn peaks
@@ -30,9 +30,7 @@ PEAK = "_peak"
 RATES = ("_per_turn", "_rms")
 
 
-def of_point(
-    record: Record, settle: float | None = None, ideal: dict | None = None
-) -> dict[str, Metric]:
+def of_point(record: Record, settle: float | None = None, ideal: dict | None = None) -> Metrics:
     """Metrics of a run that do not depend on its length; arguments as those of `metrics`."""
     values, window = metrics(record, settle, ideal), Window.of(record, settle)
     if window is None or window.turns is None:

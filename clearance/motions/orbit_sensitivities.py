@@ -18,7 +18,7 @@ from collections.abc import Callable
 
 from clearance.accuracy.by_differences import PLACES, SAFETY, by_metric, differences
 from clearance.accuracy.horizon import NotSolved
-from clearance.metrics.metrics import Metric, metrics
+from clearance.metrics.metrics import Metrics, metrics
 from clearance.motions.maps import NotPeriodic
 from clearance.results.record import Record
 from clearance.results.result import Result
@@ -53,7 +53,7 @@ def orbit_sensitivities(
     return Sensitivities(by_metric(rows)), middle
 
 
-def _beside(number: Varied, offset: int, solve: Solve, middle: Result) -> dict[str, Metric]:
+def _beside(number: Varied, offset: int, solve: Solve, middle: Result) -> Metrics:
     """Metrics of the motion with a parameter so many widths away."""
     scene = number.scene(number.value + offset * WIDTH * number.size)
     return metrics(solve(scene, middle), 0.0)

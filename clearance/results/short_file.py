@@ -34,6 +34,7 @@ from clearance.results.stream import (
     spots,
 )
 from clearance.results.tables import Group
+from clearance.values.algebra import Arrays
 from clearance.values.later import Later
 
 if TYPE_CHECKING:  # what files alone need
@@ -298,7 +299,7 @@ class ShortFile(Memory):
             groups[path] = groups[path].joined(group) if path in groups else group
         return groups
 
-    def _growing(self) -> dict[str, np.ndarray]:
+    def _growing(self) -> Arrays:
         """Columns along time, contacts and steps."""
         taken, contacts, steps = self.samples, self.contacts(), self.step_log()
         columns = {self.channels[i].path: taken.column(i) for i in self.kept}
@@ -309,7 +310,7 @@ class ShortFile(Memory):
         return columns | {f"{g}/{d}": np.zeros(lengths[g], ">f4") for g, d in DIMENSIONS.items()}
 
 
-def _tables(groups: Mapping[str, Group]) -> dict[str, np.ndarray]:
+def _tables(groups: Mapping[str, Group]) -> Arrays:
     """Columns of groups, by path."""
     return {
         f"{p}/{n}": values for p, group in groups.items() for n, values in group.columns.items()

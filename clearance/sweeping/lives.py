@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.files.locks import folder_at
-from clearance.metrics.metrics import Metric, described
+from clearance.metrics.metrics import Metric, Metrics, described
 from clearance.scene.scene import Scene
 from clearance.sweeping.journal import DONE, Outcome
 from clearance.values import checks
@@ -75,7 +75,7 @@ def point(
     )
 
 
-def columns(life: Life, depth: float | None = None) -> dict[str, Metric]:
+def columns(life: Life, depth: float | None = None) -> Metrics:
     """Metrics of the last stage's run, and of the life; depth: [m], default one clearance."""
     described = life.stages[0].get("known", {})
     last = life.stages[-1]["metrics"]

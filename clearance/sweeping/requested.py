@@ -34,6 +34,7 @@ from clearance.accuracy.request import (
 )
 from clearance.lanes.group import Answers, Points
 from clearance.results.errors import TRAJECTORY, Error, Errors
+from clearance.values.algebra import Arrays
 from clearance.values.spelling import alike
 
 
@@ -47,7 +48,7 @@ class Compared:
     good: np.ndarray
     steps: np.ndarray
     tracks: np.ndarray
-    numbers: dict[str, np.ndarray]
+    numbers: Arrays
 
     def at(self, rows: np.ndarray) -> "Compared":
         """Some of the points."""
@@ -73,8 +74,8 @@ class Reached:
     places: np.ndarray
     points: Points
     answers: Answers
-    values: dict[str, np.ndarray]
-    stated: dict[str, np.ndarray]
+    values: Arrays
+    stated: Arrays
 
     def at(self, rows: np.ndarray) -> "Reached":
         """Some of the points."""
@@ -88,7 +89,7 @@ class Reached:
 class Ladder:
     """The tolerances of the points of a block; together: their group; columns: their values."""
 
-    def __init__(self, together, columns: dict[str, np.ndarray]):
+    def __init__(self, together, columns: Arrays):
         self.together, self.columns = together, columns
         self.summing = together.summing
         self.request: Request = self.summing.request
@@ -151,7 +152,7 @@ class Ladder:
         loose: Compared,
         rtol: np.ndarray,
         loose_rtol: np.ndarray,
-    ) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    ) -> tuple[Arrays, np.ndarray]:
         """Errors of integration by name, and the stated error of the trajectory."""
         same = np.abs(loose.steps - tight.steps) <= ALIKE * tight.steps
         if same.any():
@@ -165,9 +166,7 @@ class Ladder:
         stated = {n: SAFETY / share * error for n, (error, _) in by.items()}
         return stated, trajectory / share
 
-    def _film_errors(
-        self, places: np.ndarray, plain: Compared, rtol: np.ndarray
-    ) -> dict[str, np.ndarray]:
+    def _film_errors(self, places: np.ndarray, plain: Compared, rtol: np.ndarray) -> Arrays:
         """Errors of film tables by name; none where there are no tables."""
         columns = {n: v[places] for n, v in self.columns.items()}
         if not (strong := self.together.stronger(columns)):
@@ -179,8 +178,8 @@ class Ladder:
     def _over(
         self,
         tight: Compared,
-        stated: dict[str, np.ndarray],
-        films: dict[str, np.ndarray],
+        stated: Arrays,
+        films: Arrays,
         trajectory: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """The worst of stated over requested errors of each point, and of those of film tables."""

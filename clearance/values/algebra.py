@@ -10,6 +10,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+Arrays = dict[str, np.ndarray]  # by name
+
 
 def each(function: Callable[..., float], *numbers: np.ndarray) -> np.ndarray:
     """A function of `math` of each number of an array, or of several arrays of one shape."""

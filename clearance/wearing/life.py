@@ -44,6 +44,7 @@ from clearance.scene.catalogue import AnyCase, load_case
 from clearance.scene.scene import Scene
 from clearance.simulation import SimulationError, prepare, reopened, write
 from clearance.values import checks
+from clearance.values.algebra import Arrays
 from clearance.wearing import life_record
 from clearance.wearing.life_record import Life
 from clearance.wearing.load_path import LoadPath, Worn, middle, moved, smoothed, untold
@@ -103,7 +104,7 @@ class Measured:
     the depth of a turn, the largest over the angle, as a share of the largest depth.
     """
 
-    rate: dict[str, np.ndarray]
+    rate: Arrays
     scatter: float
     path: np.ndarray
     spread: float
@@ -347,7 +348,7 @@ class Driver:
                     first += mechanism.coordinates
                     state.y[first : first + 2] += rate
 
-    def _arrays(self, stage: int) -> dict[str, np.ndarray]:
+    def _arrays(self, stage: int) -> Arrays:
         wears = {name: _wears(joint) for name, joint in self.joints.items()}
         return life_record.arrays(self.folder, stage, wears)
 
@@ -646,7 +647,7 @@ def _shifts(joint, result: Result) -> np.ndarray:
     return np.array(shifts)
 
 
-def _depths(outline: Worn) -> dict[str, np.ndarray]:
+def _depths(outline: Worn) -> Arrays:
     return {"bearing": outline.bearing, "journal": outline.journal}
 
 
@@ -665,7 +666,7 @@ def _chance(before: dict[str, Measured], after: dict[str, Measured]) -> float:
 
 def _missed(
     before: dict[str, Worn], jumped: dict[str, Worn], instead: dict[str, Worn]
-) -> tuple[float, dict[str, np.ndarray]]:
+) -> tuple[float, Arrays]:
     """Largest difference of two jumps from the same outlines, over the largest depth; and by joint
     that of each surface [m] over the angle, (surfaces, NODES).
     """
