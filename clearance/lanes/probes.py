@@ -4,6 +4,8 @@ Places inside the step are looked at, with its dense output. The search itself i
 touches.py.
 """
 
+from operator import add
+
 from clearance.stepping import control
 from clearance.values.spots import CONTACT
 
@@ -26,10 +28,9 @@ def met_inside(piece, shape, entries, polynomial: list):
     t, h, y, n = piece["t"], piece["h"], piece.all("y"), shape.states
     places = [p / PROBES for p in range(1, PROBES)]
     moved = (piece.along(polynomial, place, n) for place in places)
-    states = ([a + b for a, b in zip(y, way, strict=False)] for way in moved)
     inner = [
-        piece.call(entries.spots, t + h * p, [*state, *y[n:]])
-        for p, state in zip(places, states, strict=True)
+        piece.call(entries.spots, t + h * p, [*map(add, y, way), *y[n:]])
+        for p, way in zip(places, moved, strict=True)
     ]
     probes = [piece.all("begins"), *inner, piece.all("ends")]
     piece.set(probes=[v for row in inner for v in row])

@@ -6,6 +6,8 @@ the step. It is nearer to the stages than that of the step's begin, so Newton's 
 iterations and fails less often. Lanes iterate until enough of them are done.
 """
 
+from operator import add
+
 from clearance.lanes.elimination import Complex, factor, solve
 from clearance.lanes.probes import add_probes, met_inside
 from clearance.lanes.rows import Piece, split
@@ -192,8 +194,8 @@ def iterate(rows, shape, entries) -> Piece:
     stages, weight = split(piece.all("stages"), STAGES), piece.all("weight")
     slopes, powers = [], []
     for s in range(STAGES):
-        at = [v + d for v, d in zip(y, stages[s], strict=False)] + y[n:]
-        values = piece.call(entries.rhs, t + h * K.c[s], at)
+        at = t + h * K.c[s], [*map(add, y, stages[s]), *y[n:]]
+        values = piece.call(entries.rhs, *at)
         slopes.append(values[:n])
         powers += values[n:]
     w = split(piece.all("transformed"), STAGES)
@@ -222,7 +224,7 @@ def iterate(rows, shape, entries) -> Piece:
         norm = norm + (rate + position * length) * both
     norm = piece.sqrt(norm * (1.0 / (STAGES * n)))
     corrections = [first, [v.real for v in second], [v.imag for v in second]]
-    w = [[a + b for a, b in zip(x, c, strict=True)] for x, c in zip(w, corrections, strict=True)]
+    w = [[*map(add, *pair)] for pair in zip(w, corrections, strict=True)]
     failed = judge(piece, norm, rtol)
     new = [[0.0] * n for _ in range(STAGES)]
     for i in range(size):
@@ -251,7 +253,7 @@ def end_of_step(piece, shape, stages: list[list], powers: list) -> tuple:
     inverse = 1.0 / h
     ledger = [y[n + i] + h * piece.weighted(K.a[-1], powers[i::count]) for i in range(count)]
     slope = [piece.weighted(K.end, [row[i] for row in stages]) * inverse for i in range(n)]
-    return [a + b for a, b in zip(y, stages[-1], strict=False)] + ledger, slope
+    return [*map(add, y, stages[-1]), *ledger], slope
 
 
 def judge(piece, norm, rtol):
@@ -361,7 +363,7 @@ def tried(piece, shape, entries, stages: list[list]) -> Trial:
     solved = piece["solved"] > 0.5
     estimate, norm = error_of(piece, shape, f, stages)
     doubtful = piece.on & solved & (norm >= 1.0) & piece.finite([norm])
-    again = [a + b for a, b in zip(y, estimate, strict=False)] + y[n:]
+    again = [*map(add, y, estimate), *y[n:]]
     _, second = error_of(piece, shape, piece.call(entries.rhs, t, again)[:n], stages)
     error = piece.choose(doubtful, second, norm)
     if shape.contacts:  # which may have moved the end

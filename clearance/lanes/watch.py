@@ -7,6 +7,7 @@ are looked at several at a time, one in each lane.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import add
 
 import numpy as np
 
@@ -117,7 +118,7 @@ def look(piece, shape, entries, watch, now, y: list, polynomial: list, taken) ->
     """
     width, back, n = piece["h"], piece["interval"], shape.states
     moved = [piece.choose(taken, v, 0.0) for v in piece.along(polynomial, 0.5, n)]
-    middle = [a + b for a, b in zip(piece.all("y"), moved, strict=False)] + y[n:]
+    middle = [*map(add, piece.all("y"), moved), *y[n:]]
     early = piece.none(back > 0.0)
     per_width = 1.0 / piece.largest(width, 1e-300)
     per_back = 1.0 / piece.largest(back, 1e-300)
