@@ -63,7 +63,7 @@ def parser(command: str | None = None) -> Parser:
 
 
 def _add(commands, name: str) -> None:
-    """Add a command with the options of its module."""
+    """Add a command with the tables of its module: OPTIONS, EXAMPLES below its help, its USAGE."""
     module = import_module(f"clearance.commands.{name.replace('-', '_')}")
     texts = {
         n: getattr(module, word, None) for n, word in (("epilog", "EXAMPLES"), ("usage", "USAGE"))

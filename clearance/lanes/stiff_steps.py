@@ -6,7 +6,7 @@ the step. It is nearer to the stages than that of the step's begin, so Newton's 
 iterations and fails less often. Lanes iterate until enough of them are done.
 """
 
-from operator import add
+from operator import add, sub
 
 from clearance.lanes.elimination import Complex, factor, solve
 from clearance.lanes.probes import add_probes, met_inside
@@ -86,7 +86,7 @@ def moved(piece, shape, share) -> list:
     """Change of the states along the last step's polynomial, beyond its end by a share of it."""
     n, polynomial = shape.states, piece.all("polynomial")
     moved = piece.along(polynomial, 1.0 + share, n)
-    return [a - b for a, b in zip(moved, polynomial[:n], strict=True)]
+    return [*map(sub, moved, polynomial[:n])]
 
 
 def matrices(piece, shape, h, jacobian: list[list]) -> tuple[list[list], list[list]]:
