@@ -92,27 +92,19 @@ def moved(piece, shape, share) -> list:
 def matrices(piece, shape, h, jacobian: list[list]) -> tuple[list[list], list[list]]:
     """The Newton matrices of the rates, real and complex: g - J_u - J_q / g."""
     p, size = shape.coordinates, shape.rates
-    inverse = 1.0 / h
-    g, below, z, over = inverse * K.real, h * (1.0 / K.real), PAIR, 1.0 / PAIR
+    inverse, below, over = 1.0 / h, h * (1.0 / K.real), 1.0 / PAIR
     real, pair = [], []
     for i in range(size):
-        row, line = [], []
-        for j in range(size):
-            entry, value, imag = jacobian[p + i][p + j], 0.0, 0.0
-            value = -entry
-            if j < p:
-                value_real = value - jacobian[p + i][j] * below
-                imag = -(jacobian[p + i][j] * h) * over.imag
-                value_complex = value - jacobian[p + i][j] * h * over.real
-            else:
-                value_real = value_complex = value
-            if i == j:
-                value_real, value_complex = value_real + g, value_complex + inverse * z.real
-                imag = imag + inverse * z.imag
-            row.append(value_real)
-            line.append(Complex(value_complex, imag))
-        real.append(row)
-        pair.append(line)
+        entries = jacobian[p + i]
+        real.append([-entry for entry in entries[p:]])
+        pair.append([Complex(value, 0.0) for value in real[i]])
+        for j in range(p):
+            moved = entries[j] * h
+            real[i][j] = real[i][j] - entries[j] * below
+            pair[i][j] = Complex(pair[i][j].real - moved * over.real, -moved * over.imag)
+        real[i][i] = real[i][i] + inverse * K.real
+        on = pair[i][i]
+        pair[i][i] = Complex(on.real + inverse * PAIR.real, on.imag + inverse * PAIR.imag)
     return real, pair
 
 

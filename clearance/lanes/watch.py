@@ -144,7 +144,6 @@ def look(piece, shape, entries, watch, now, y: list, polynomial: list, taken) ->
             may &= piece["within"] > 0.5
         if q.searched:
             flags.append(may)
-        if q.searched:
             best = piece.largest(best, between)
             piece.set_at(k, between=between)
         piece.set_at(
