@@ -498,13 +498,11 @@ class Recorder:
         self.last = (times[-1], rows[-1].copy())
 
     def _unwrap(self, times: np.ndarray, rows: np.ndarray) -> None:
+        at, table = times, rows
+        if self.last is not None:
+            at, table = np.append(self.last[0], times), np.vstack([self.last[1], rows])
         for angle, speed in self.angles:
-            if self.last is None:
-                values, speeds, at = rows[:, angle], rows[:, speed], times
-            else:
-                values = np.concatenate([[self.last[1][angle]], rows[:, angle]])
-                speeds = np.concatenate([[self.last[1][speed]], rows[:, speed]])
-                at = np.concatenate([[self.last[0]], times])
+            values, speeds = table[:, angle], table[:, speed]
             expected = np.diff(at) * 0.5 * (speeds[1:] + speeds[:-1])
             turns = np.round((np.diff(values) - expected) / (2.0 * np.pi))
             turned = np.concatenate([[0.0], np.cumsum(turns)]) * 2.0 * np.pi
