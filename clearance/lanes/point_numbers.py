@@ -36,9 +36,9 @@ class NotForLanes(Exception):
     """The reason for which points of a sweep cannot share a memory or run in lanes."""
 
 
-#: parts of a start. Numbers are those of the parameter vector, without the derived ones and tables.
-#: Sizes are natural ones of the coordinates, then of states of first order. Reach is the free way of
-#: each spot, scalars are SCALARS. Leaves are numbers of the scene's description.
+#: parts of a start. Numbers are those of the parameter vector, without derived ones and tables.
+#: Sizes are natural ones of the coordinates, then of states of first order. Reach is the free way
+#: of each spot, scalars are SCALARS. Leaves are numbers of the scene's description.
 PARTS = ("numbers", "state", "work", "sizes", "reach", "scalars", "leaves")
 #: turn of the drive [s] (0: none turns), frequency [rad/s], size [m], mass [kg]
 SCALARS = ("turn", "frequency", "size", "mass")
