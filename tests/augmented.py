@@ -50,8 +50,8 @@ class Augmented:
                 kind = SLIDE if isinstance(target, Prismatic) else RELATIVE
                 rows.append((kind, index.get(target.a.body, -1), index.get(target.b.body, -1)))
                 numbers.append([*_local(target.a), *_local(target.b), *_extra(target)])
-        for place, push in self.pushes:
-            self.gravity[place] += push
+        for row, push in self.pushes:
+            self.gravity[row] += push
         self.rows, self.numbers = np.array(rows), np.array(numbers)
         self.count = 2 * sum(r[0] in (REVOLUTE, PRISMATIC) for r in rows) + sum(
             r[0] >= ANGLE for r in rows
@@ -130,12 +130,12 @@ def block(joint, guide, slider):
         for sy in (-1.0, 1.0):
             along, across = lie @ joint.axis, lie @ [-joint.axis[1], joint.axis[0]]
             arm = 0.5 * (sx * joint.overlap * along + sy * joint.height * across)
-            place = qb[:2] + turn(qb[2]) @ _local(joint.b) + arm
-            depth = sy * n @ (place - foot) - 0.5 * joint.height - joint.clearance
+            corner = qb[:2] + turn(qb[2]) @ _local(joint.b) + arm
+            depth = sy * n @ (corner - foot) - 0.5 * joint.height - joint.clearance
             if depth <= 0.0:
                 continue
-            left = [velocity(q, v, place) for q, v in ((qb, vb), (qa, va))]
-            u = left[0] - left[1]
+            speeds = [velocity(q, v, corner) for q, v in ((qb, vb), (qa, va))]
+            u = speeds[0] - speeds[1]
             damping = 0.75 * (1 - contact["restitution"] ** 2) * sy * (n @ u) / IMPACT
             load = contact["stiffness"] * depth**1.5 * max(1.0 + damping, 0.0)
             rub = (
@@ -146,7 +146,7 @@ def block(joint, guide, slider):
             )
             force = -sy * load * n - rub * d
             for body, q, sign in ((joint.b.body, qb, 1.0), (joint.a.body, qa, -1.0)):
-                x, y = place - q[:2]
+                x, y = corner - q[:2]
                 forces[body] += sign * np.array([*force, x * force[1] - y * force[0]])
     return forces
 
@@ -155,9 +155,9 @@ def turn(angle):
     return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
 
 
-def velocity(q, v, place):
+def velocity(q, v, position):
     """Velocity of the body's point that stands at a place."""
-    x, y = place - q[:2]
+    x, y = position - q[:2]
     return np.array([v[0] - v[2] * y, v[1] + v[2] * x])
 
 

@@ -102,26 +102,26 @@ def digest(path: Path) -> str:
 def digest_of_sweep(folder: Path) -> str:
     """Of the metrics of all points."""
     points = cl.grid(speed=np.linspace(20.0, 40.0, 4), clearance=np.linspace(5e-5, 1e-4, 6))
-    made = cl.sweep(FEEDER, points, folder / "sweep", channels=[], workers=1, turns=1.0)
+    dataset = cl.sweep(FEEDER, points, folder / "sweep", channels=[], workers=1, turns=1.0)
     assert "24 points in lanes" in (folder / "sweep" / "sweep.log").read_text()
-    values = {n: v for n, v in sorted(made.metrics.items()) if n not in PASSING}
+    values = {n: v for n, v in sorted(dataset.metrics.items()) if n not in PASSING}
     return hashlib.sha256(repr({n: v.tolist() for n, v in values.items()}).encode()).hexdigest()[
         :16
     ]
 
 
 def digests(names: list[str]) -> dict[str, str]:
-    made = {}
+    answers = {}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.h5"
         for name in names:
             if name == SWEEP:
-                made[name] = digest_of_sweep(Path(folder))
+                answers[name] = digest_of_sweep(Path(folder))
                 continue
             scene, options = RUNS[name]
             cl.simulate(scene(), path=path, **options).close()
-            made[name] = digest(path)
-    return made
+            answers[name] = digest(path)
+    return answers
 
 
 if __name__ == "__main__":

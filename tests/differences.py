@@ -5,15 +5,15 @@ from collections.abc import Callable
 import numpy as np
 
 
-def slopes(function: Callable, place, steps) -> np.ndarray:
+def slopes(function: Callable, point, steps) -> np.ndarray:
     """d(function)/d(argument), the arguments along the last axis: (f(x + h) - f(x - h)) / 2 h.
 
-    function: of the numbers of a place, to a number or an array; steps: h, one or one an argument.
+    function: of the numbers of a point, to a number or an array; steps: h, one or one an argument.
     """
-    place = np.asarray(place, dtype=float)
+    point = np.asarray(point, dtype=float)
     columns = []
-    for step in np.diag(np.broadcast_to(np.asarray(steps, dtype=float), place.shape)):
-        ahead, behind = (np.array(function(*(place + way * step).tolist())) for way in (1.0, -1.0))
+    for step in np.diag(np.broadcast_to(np.asarray(steps, dtype=float), point.shape)):
+        ahead, behind = (np.array(function(*(point + way * step).tolist())) for way in (1.0, -1.0))
         columns.append((ahead - behind) / (2.0 * step.sum()))
     return np.stack(columns, axis=-1)
 

@@ -81,5 +81,5 @@ def rounding() -> str:
 
 
 if __name__ == "__main__":
-    made = {"code": code(), "lanes": natural_width(), "kernels": blas(), "loops": loops()}
-    print(json.dumps(made | {"rounding": rounding()}))
+    report = {"code": code(), "lanes": natural_width(), "kernels": blas(), "loops": loops()}
+    print(json.dumps(report | {"rounding": rounding()}))

@@ -118,15 +118,15 @@ def stephenson(hinge=None, speed=15.0):
     plate = body(
         "plate", {"C": (0, 0), "D": (0.09, 0), "E": (0.05, 0.06)}, angle=0.1, com=(0.045, 0.02)
     )
-    left = body("left", {"D": (0, 0), "F": (0.16, 0)}, angle=-1.2, com=(0.06, 0.0))
+    lower = body("left", {"D": (0, 0), "F": (0.16, 0)}, angle=-1.2, com=(0.06, 0.0))
     right = body("right", {"E": (0, 0), "G": (0.16, 0)}, angle=-1.0, com=(0.08, 0.005))
     return cl.Scene(
         hinge("A", cl.ground.at(0, 0), crank["A"]),
         hinge("B", crank["B"], link["B"]),
         hinge("C", link["C"], plate["C"]),
-        hinge("D", plate["D"], left["D"]),
+        hinge("D", plate["D"], lower["D"]),
         hinge("E", plate["E"], right["E"]),
-        hinge("F", cl.ground.at(0.23, -0.05), left["F"]),
+        hinge("F", cl.ground.at(0.23, -0.05), lower["F"]),
         hinge("G", cl.ground.at(0.26, 0.02), right["G"]),
         cl.Drive(crank, speed=speed, start=0.4),
         name="stephenson",

@@ -273,18 +273,18 @@ class Draft:
         self.bodies.append(body)
         return body
 
-    def point(self, body: Body, place: tuple[float, float]) -> Point:
+    def point(self, body: Body, position: tuple[float, float]) -> Point:
         """The point of a body that stands at a place at the start."""
         if body is ground:
-            return ground.at(*place)
-        dx, dy = place[0] - body.position[0], place[1] - body.position[1]
+            return ground.at(*position)
+        dx, dy = position[0] - body.position[0], position[1] - body.position[1]
         c, s = math.cos(body.angle), math.sin(body.angle)
         return body.at(c * dx + s * dy, c * dy - s * dx)
 
-    def near(self, place: tuple[float, float], low: float = 0.3, high: float = 1.0) -> tuple:
+    def near(self, centre: tuple[float, float], low: float = 0.3, high: float = 1.0) -> tuple:
         """A place around another one."""
         angle, way = self.uniform(-math.pi, math.pi), self.size * self.uniform(low, high)
-        return place[0] + way * math.cos(angle), place[1] + way * math.sin(angle)
+        return centre[0] + way * math.cos(angle), centre[1] + way * math.sin(angle)
 
     def on(self, body: Body) -> tuple[float, float]:
         """A place of a body at the start."""
@@ -302,9 +302,9 @@ class Draft:
         self.parts.append(joint)
         return joint
 
-    def hinge(self, a: Body, b: Body, place: tuple, plain: bool = False):
+    def hinge(self, a: Body, b: Body, position: tuple, plain: bool = False):
         """A hinge: ideal, with friction, or with clearance."""
-        pa, pb, name = self.point(a, place), self.point(b, place), self.name()
+        pa, pb, name = self.point(a, position), self.point(b, position), self.name()
         if not plain and self.chance(0.1 * self.loose):
             give = self.size * self.log(1e-3, 1e-2)
             stiffness = self.force / give
@@ -322,9 +322,9 @@ class Draft:
         self.driven.append(joint)
         return joint
 
-    def slide(self, a: Body, b: Body, place: tuple, heading: float):
+    def slide(self, a: Body, b: Body, position: tuple, heading: float):
         """A slide along a direction: ideal, with friction, or with clearance."""
-        pa, pb, name = self.point(a, place), self.point(b, place), self.name()
+        pa, pb, name = self.point(a, position), self.point(b, position), self.name()
         turned = heading - (0.0 if a is ground else a.angle)
         between = (0.0 if b is ground else b.angle) - (0.0 if a is ground else a.angle)
         axis = self.log(0.1, 10.0)
@@ -343,9 +343,9 @@ class Draft:
         self.driven.append(joint)
         return joint
 
-    def slot(self, a: Body, b: Body, place: tuple, heading: float):
+    def slot(self, a: Body, b: Body, position: tuple, heading: float):
         """A pin in a slot."""
-        pa, pb, name = self.point(a, place), self.point(b, place), self.name()
+        pa, pb, name = self.point(a, position), self.point(b, position), self.name()
         turned = heading - (0.0 if a is ground else a.angle)
         axis = (math.cos(turned), math.sin(turned))
         if self.chance(0.7 * self.loose):
@@ -363,10 +363,10 @@ class Draft:
             )  # fmt: skip
         return self.add(cl.PinSlot(pa, pb, axis=axis, name=name))
 
-    def weld(self, a: Body, b: Body, place: tuple):
+    def weld(self, a: Body, b: Body, at: tuple):
         between = b.angle - (0.0 if a is ground else a.angle)
         return self.add(
-            cl.Weld(self.point(a, place), self.point(b, place), angle=between, name=self.name())
+            cl.Weld(self.point(a, at), self.point(b, at), angle=between, name=self.name())
         )
 
     # --- joints with clearance
@@ -403,8 +403,8 @@ class Draft:
 
     def worn(self, clearance: float) -> dict:
         """Wear, and outlines with a scar."""
-        deep, place = clearance * self.log(0.01, 0.5), self.uniform(0.0, 2.0 * math.pi)
-        depths = [deep * max(math.cos(math.radians(k) - place), 0.0) ** 2 for k in range(360)]
+        deep, centre = clearance * self.log(0.01, 0.5), self.uniform(0.0, 2.0 * math.pi)
+        depths = [deep * max(math.cos(math.radians(k) - centre), 0.0) ** 2 for k in range(360)]
         laws = [
             cl.archard(coefficient=1e-13), cl.sarkar(coefficient=1e-14, friction=0.1),
             cl.archard_reye(energy_coefficient=1e-13, friction=0.1), None,
@@ -484,7 +484,7 @@ class Draft:
             cl.hunt_crossley, cl.herbert_mcwhannell, cl.lee_wang, cl.lankarani_nikravesh,
             cl.gonthier, cl.zhiying_qishao, cl.flores, cl.hu_guo, cl.exact_restitution,
         ]  # fmt: skip
-        made: list[Callable] = [
+        choices: list[Callable] = [
             lambda: cl.hertz(stiffness=stiffness),
             lambda: cl.kelvin_voigt(
                 stiffness=self.force / depth,
@@ -507,12 +507,12 @@ class Draft:
             )  # fmt: skip
             if soft:
                 return layer
-            made += 3 * [lambda: layer]
+            choices += 3 * [lambda: layer]
         if self.chance(0.6):
             return self.rng.choice(by_restitution)(
                 stiffness=stiffness, restitution=e, grazing_speed=grazing
             )
-        return self.rng.choice(made)()
+        return self.rng.choice(choices)()
 
     def friction(self, bristles: bool = True) -> BoundLaw | None:
         """Any friction at a contact, or none."""
@@ -521,7 +521,7 @@ class Draft:
         mu, speed = self.log(0.01, 0.5), self.size * self.rate
         slow = speed * self.log(1e-3, 0.1)
         static = mu * self.uniform(1.0, 1.8)
-        made: list[Callable] = [
+        choices: list[Callable] = [
             lambda: cl.coulomb(coefficient=mu, transition_speed=slow),
             lambda: cl.coulomb_tanh(coefficient=mu, transition_speed=slow),
             lambda: cl.threlfall(coefficient=mu, transition_speed=slow),
@@ -541,7 +541,7 @@ class Draft:
             ),
             lambda: fading(coefficient=mu, fading_speed=speed, transition_speed=slow),
         ]  # fmt: skip
-        law = self.rng.choice(made)()
+        law = self.rng.choice(choices)()
         return law if bristles or law.law is not cl.lugre else None
 
     def joint_friction(self, arm: float, way: float) -> BoundLaw:
@@ -549,7 +549,7 @@ class Draft:
         mu, rate = self.log(0.01, 0.3), way * self.rate
         level, slow = mu * self.force * arm, rate * self.log(1e-3, 0.1)
         static = self.uniform(1.0, 1.8)
-        made: list[Callable] = [
+        choices: list[Callable] = [
             lambda: cl.joint_coulomb(coefficient=mu, transition_rate=slow),
             lambda: cl.joint_coulomb(
                 coefficient=mu, viscous=0.1 * level / rate, transition_rate=slow
@@ -574,26 +574,26 @@ class Draft:
                 viscous=0.1 * mu / slow,
             ),
         ]  # fmt: skip
-        return self.rng.choice(made)()
+        return self.rng.choice(choices)()
 
     # --- topologies
     def tree(self) -> None:
         """A tree of one to four bodies; some are welded or slide."""
         for _ in range(self.rng.choice([1, 1, 2, 2, 3, 4])):
             parent = self.rng.choice([ground, *self.bodies, *self.bodies])
-            place, kind = (
+            position, kind = (
                 self.on(parent),
                 self.rng.choice(["hinge"] * 5 + ["slide", "slot", "weld"]),
             )
-            body = self.body(place)
+            body = self.body(position)
             if kind == "hinge":
-                self.hinge(parent, body, place)
+                self.hinge(parent, body, position)
             elif kind == "slide":
-                self.slide(parent, body, place, self.uniform(-math.pi, math.pi))
+                self.slide(parent, body, position, self.uniform(-math.pi, math.pi))
             elif kind == "weld" or self.spatial:
-                self.weld(parent, body, place)
+                self.weld(parent, body, position)
             else:
-                self.slot(parent, body, place, self.uniform(-math.pi, math.pi))
+                self.slot(parent, body, position, self.uniform(-math.pi, math.pi))
 
     def crank(self) -> Body:
         """A crank on ground, which carries loops."""
@@ -717,9 +717,9 @@ class Draft:
         shaft = self.hinge(*ends, (0.0, 0.0), plain=True)
         turning = [crank]
         for i in range(self.rng.choice([1, 1, 2])):
-            place = self.on(crank) if planets else self.near((0.0, 0.0))
-            wheel = self.body(place)
-            hinge = self.hinge(ends[0], wheel, place, plain=True)
+            position = self.on(crank) if planets else self.near((0.0, 0.0))
+            wheel = self.body(position)
+            hinge = self.hinge(ends[0], wheel, position, plain=True)
             if self.chance(0.5):
                 ratio = self.rng.choice([-2.0, -1.0, -0.5, 0.4])
                 if not self.settles:
@@ -761,8 +761,8 @@ class Draft:
         """Bodies that only springs hold."""
         before = ground
         for _ in range(self.rng.choice([1, 2])):
-            place = self.near((0.0, 0.0), 0.0, 1.5)
-            body = self.body(place)
+            position = self.near((0.0, 0.0), 0.0, 1.5)
+            body = self.body(position)
             for _ in range(self.rng.choice([1, 2, 3])):
                 self.spring(self.rng.choice([ground, before]), body)
             before = body
@@ -790,7 +790,7 @@ class Draft:
     def spring_law(self, way: float, force: float) -> BoundLaw:
         """Any law of a spring for a way [m or rad] and a force [N or N m]."""
         stiffness, speed = force / way * self.log(0.3, 30.0), way * self.rate
-        made: list[Callable] = [
+        choices: list[Callable] = [
             lambda: cl.cubic_spring(
                 stiffness=stiffness, cubic=stiffness / way**2, damping=0.01 * force / speed
             ),
@@ -803,7 +803,7 @@ class Draft:
             lambda: cl.quadratic_damper(quadratic=0.1 * force / speed**2),
             lambda: hardening(stiffness=stiffness, reach=way, damping=0.01 * force / speed),
         ]  # fmt: skip
-        return self.rng.choice(made)()
+        return self.rng.choice(choices)()
 
     def loads(self) -> None:
         """Some springs, forces and torques on the bodies that joints hold."""

@@ -56,7 +56,7 @@ class Change:
         """Fields of a body that change."""
         return {}
 
-    def place(self, point: Point) -> tuple[float, float, float]:
+    def coordinates(self, point: Point) -> tuple[float, float, float]:
         """Coordinates of a point."""
         return point.x, point.y, point.z
 
@@ -95,13 +95,13 @@ class Change:
     def of(self, scene: cl.Scene) -> cl.Scene:
         """The other scene."""
         bodies = {b: self._body(b) for b in scene.bodies} | {ground: ground}
-        made: dict = {}
+        copies: dict = {}
 
         def followed(value, element, slot):
             if isinstance(value, Body):
                 return bodies[value]
             if isinstance(value, Point):
-                return Point(bodies[value.body], value.name, *self.place(value))
+                return Point(bodies[value.body], value.name, *self.coordinates(value))
             if isinstance(value, Element):
                 return remade(value)
             if isinstance(value, BoundLaw):
@@ -116,19 +116,19 @@ class Change:
             return value
 
         def remade(element):
-            if element not in made:
+            if element not in copies:
                 values = {
                     f.name: followed(getattr(element, f.name), element, f.name)
                     for f in fields(element)
                 }
-                made[element] = type(element)(**values | self._element(element, bodies))
-            return made[element]
+                copies[element] = type(element)(**values | self._element(element, bodies))
+            return copies[element]
 
         parts = self.parts([remade(e) for e in scene.elements])
         return cl.Scene(*parts, gravity=self.gravity(scene.gravity), name=scene.name)
 
     def _body(self, body: Body) -> Body:
-        points = {n: self.place(Point(body, n, *xyz)) for n, xyz in body.points.items()}
+        points = {n: self.coordinates(Point(body, n, *xyz)) for n, xyz in body.points.items()}
         return replace(body, **{"points": points} | self.body(body))
 
     def _element(self, element: Element, bodies: dict) -> dict:
@@ -179,13 +179,13 @@ class Rotated(Change):
         return (self.c * x - self.s * y, self.s * x + self.c * y, *more)
 
     def body(self, body):
-        place = body.position and self.turned(body.position)
+        position = body.position and self.turned(body.position)
         return {
-            "angle": body.angle + self.angle, "position": place,
+            "angle": body.angle + self.angle, "position": position,
             "velocity": body.velocity and self.turned(body.velocity),
         }  # fmt: skip
 
-    def place(self, point):
+    def coordinates(self, point):
         xyz = (point.x, point.y, point.z)
         return self.turned(xyz) if point.body is ground else xyz
 
@@ -266,7 +266,7 @@ class Shifted(Change):
             return {}
         return {"position": tuple(np.add(body.position or (0.0, 0.0), self.by))}
 
-    def place(self, point):
+    def coordinates(self, point):
         x, y = np.add((point.x, point.y), self.by if point.body is ground else 0.0)
         return float(x), float(y), point.z
 
@@ -301,16 +301,16 @@ class Mirrored(Change):
         return not any(e.mesh and e.mesh.law.name == "stop" for e in gears)
 
     def body(self, body):
-        place = body.position and (body.position[0], -body.position[1])
+        position = body.position and (body.position[0], -body.position[1])
         x, y, *z = body.com
         return {
-            "com": (x, -y, *z), "angle": -body.angle, "position": place,
+            "com": (x, -y, *z), "angle": -body.angle, "position": position,
             "angular_velocity": body.angular_velocity and -body.angular_velocity,
             "velocity": body.velocity and (body.velocity[0], -body.velocity[1]),
             "products": (body.products[0], -body.products[1]),
         }  # fmt: skip
 
-    def place(self, point):
+    def coordinates(self, point):
         return point.x, -point.y, point.z
 
     def gravity(self, gravity):
@@ -417,7 +417,7 @@ class Scaled(Change):
     def body(self, body):
         return self._numbers(body)
 
-    def place(self, point):
+    def coordinates(self, point):
         return tuple(self.unit[0] * v for v in (point.x, point.y, point.z))
 
     def gravity(self, gravity):
@@ -443,11 +443,11 @@ class Scaled(Change):
     def law(self, element, slot, law):
         turning = isinstance(element, cl.TorsionSpring | cl.Torque | cl.Revolute)
         turning |= isinstance(element, cl.Drive) and not element.slides
-        given = {n: v for n, v in law.values.items() if n in law.law.given}
-        given = {n: v for n, v in given.items() if v is not None and n not in law.of_joint}
+        values = {n: v for n, v in law.values.items() if n in law.law.given}
+        values = {n: v for n, v in values.items() if v is not None and n not in law.of_joint}
         special, exponent = OF_LAW.get(law.law.name, {}), law.values.get("exponent", 1.0)
         changed = {}
-        for name, value in given.items():
+        for name, value in values.items():
             unit = special.get(name) or UNITS[name]
             if law.law.family.name == "contact" and name == "stiffness":
                 unit = "N/m^n"
@@ -684,7 +684,7 @@ def balance(scene: cl.Scene, run: Channels) -> dict[str, float]:
     anything acts on a body, the rest is over 1e-8 of the largest of all: forces of stiff bushes are
     rounded before they cancel at rest.
     """
-    sums = {(b, what): _Sum(run) for b in scene.bodies for what in ("forces", "moments")}
+    sums = {(b, kind): _Sum(run) for b in scene.bodies for kind in ("forces", "moments")}
     for body in scene.bodies:
         weight, still = body.mass * np.array(scene.gravity[:2]), np.ones(run["time"].size)
         sums[body, "forces"].add(np.outer(weight, still))
@@ -702,8 +702,8 @@ def balance(scene: cl.Scene, run: Channels) -> dict[str, float]:
         sums[body, "moments"].add(moment)
     floor = {w: max(s.largest for (_, of), s in sums.items() if of == w) for _, w in sums}
     return {
-        f"{what} on {body.name}": total.rest(1e-8 * floor[what])
-        for (body, what), total in sums.items() if total.known
+        f"{kind} on {body.name}": total.rest(1e-8 * floor[kind])
+        for (body, kind), total in sums.items() if total.known
     }  # fmt: skip
 
 
@@ -740,7 +740,7 @@ def _loads(element, run: Channels):
     if isinstance(element, Joint):
         yield from _of_joint(element, run)
     elif isinstance(element, cl.SpringDamper):
-        a, b = (place(p, run) for p in (element.a, element.b))
+        a, b = (positions(p, run) for p in (element.a, element.b))
         pull = run[f"{element.key}/tension"] * (b - a) / np.hypot(*(b - a))
         yield element.a.body, pull, a, 0.0
         yield element.b.body, -pull, b, 0.0
@@ -750,7 +750,7 @@ def _loads(element, run: Channels):
             angle = run[f"{element.point.body.key}/theta"]
             c, s = np.cos(angle), np.sin(angle)
             x, y = c * x - s * y, s * x + c * y
-        yield element.point.body, np.array([x, y]), place(element.point, run), 0.0
+        yield element.point.body, np.array([x, y]), positions(element.point, run), 0.0
     elif isinstance(element, cl.Gear):
         yield from ((b, None, None, None) for b in {*element.bodies(), element.first.a.body})
     elif isinstance(element, cl.Torque):
@@ -769,7 +769,7 @@ def _of_joint(joint: Joint, run: Channels):
     if f"{key}/force_x" not in run:
         yield from ((body, None, None, None) for body in (a, b))
         return
-    force, at = np.array([run[f"{key}/force_{n}"] for n in "xy"]), place(joint.b, run)
+    force, at = np.array([run[f"{key}/force_{n}"] for n in "xy"]), positions(joint.b, run)
     moment = None
     if isinstance(joint, cl.Revolute):
         moment = run[f"{key}/friction"] if joint.friction else 0.0
@@ -785,7 +785,7 @@ def _over_time(value, time):
     return value(time) if isinstance(value, BoundLaw) else value + 0.0 * time
 
 
-def place(point: Point, run: Channels) -> np.ndarray:
+def positions(point: Point, run: Channels) -> np.ndarray:
     """Places of a point, shape (2, samples)."""
     if point.body is ground:
         return np.array([[point.x], [point.y]]) + 0.0 * run["time"]
@@ -800,7 +800,7 @@ def closure(scene: cl.Scene, run: Channels) -> dict[str, float]:
     size = max([float(np.abs(run[f"{b.key}/{n}"]).max()) for b in scene.bodies for n in "xy"])
     gaps = {}
     for joint in scene.joints:
-        apart = place(joint.b, run) - place(joint.a, run)
+        apart = positions(joint.b, run) - positions(joint.a, run)
         if isinstance(joint, cl.ClearanceRevolute):
             apart = apart - [run[f"{joint.key}/eccentricity_{n}"] for n in "xy"]
         elif not isinstance(joint, cl.Revolute | cl.Weld):

@@ -53,11 +53,11 @@ def run(scene: cl.Scene, span: dict, samples: int = SAMPLES, **more) -> Channels
 
 def moved(scene: cl.Scene, span: dict, signs: int, samples: int) -> Channels:
     """Channels of a run whose start is moved; signs: seed of the directions."""
-    made = prepare(scene, **span, rtol=RTOL, samples=samples, max_steps=STEPS)
-    size = made.mechanism.size
+    trial = prepare(scene, **span, rtol=RTOL, samples=samples, max_steps=STEPS)
+    size = trial.mechanism.size
     ways = np.random.default_rng(signs).choice([-1.0, 1.0], size)
-    made.state.y[:size] += MOVE * ways * made.mechanism.scale[:size]
-    return Channels(write(made, Output()))
+    trial.state.y[:size] += MOVE * ways * trial.mechanism.scale[:size]
+    return Channels(write(trial, Output()))
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Base:
             self.run, [moved(self.scene, self.span, signs, samples) for signs in (1, 2)], MOVE
         )
 
-    def agree(self, other: Channels, change, what: str, share: float = SUM * RTOL) -> None:
+    def agree(self, other: Channels, change, rule: str, share: float = SUM * RTOL) -> None:
         """Raise Wrong where a run is further from what it must be than errors may grow to.
 
         They are looked at as if they did not grow first, which costs no run.
@@ -88,7 +88,7 @@ class Base:
         if _furthest(self.none, other, change, share)[1]:
             ratio, text = _furthest(self.near, other, change, LATER * share)
             if text:
-                raise Wrong(f"{what}: {text} ({ratio:.2g} times)")
+                raise Wrong(f"{rule}: {text} ({ratio:.2g} times)")
 
 
 def _furthest(near: Spread, other: Channels, change, share: float) -> tuple[float, str]:
@@ -205,13 +205,13 @@ class _Second:
         return _second(self.run[path])
 
 
-def exactly(base: Channels, other: Channels, of: Callable, what: str, within: float = 0.0) -> None:
+def exactly(base: Channels, other: Channels, of: Callable, rule: str, within: float = 0.0) -> None:
     """Raise Wrong where a channel has other values. within: over the size of the channel."""
     for path in base.paths:
         apart = np.abs(of(other[path]) - base[path])
         if not apart.max(initial=0.0) <= within * np.abs(base[path]).max(initial=0.0):
             k = int(np.argmax(apart))
-            raise Wrong(f"{what}: {path} is {other[path][k]:.17g} for {base[path][k]:.17g}")
+            raise Wrong(f"{rule}: {path} is {other[path][k]:.17g} for {base[path][k]:.17g}")
 
 
 def stored(drawn: Drawn, base: Base, rng: random.Random) -> bool:
@@ -500,9 +500,9 @@ def averaged(drawn: Drawn, base: Base, rng: random.Random) -> bool:
         if "all turns are alike" in str(error):
             return False
         raise
-    turns, left = seen.shape[1], seen.left_out
+    turns, rest = seen.shape[1], seen.left_out
     other = run(drawn.scene, {"turns": float(turns)}, turns * 720 + 1, rtol=1e-6, max_steps=None)
-    torque = other[f"{drive.key}/torque"][:-1].reshape(turns, 720)[left:]
+    torque = other[f"{drive.key}/torque"][:-1].reshape(turns, 720)[rest:]
     mine = float(np.sqrt((torque**2).mean(axis=1)).mean())
     interval = seen[name].mean
     natural = sum(b.inertia for b in drawn.scene.bodies) * (2.0 * np.pi / drawn.turn) ** 2

@@ -236,7 +236,7 @@ def test_what_gets_no_errors(tmp_path, feeder):
 def test_a_run_with_checkpoints(feeder, tmp_path):
     """Interrupted and gone on: the errors of the run that went through, to the last bit."""
 
-    def made(name, progress=None):
+    def errors_of(name, progress=None):
         options = {"turns": 0.5, "checkpoint": 1e-9, "error": "state", "samples_per_turn": 10_000}
         return cl.simulate(feeder, path=tmp_path / name, progress=progress, **options).errors
 
@@ -245,8 +245,8 @@ def test_a_run_with_checkpoints(feeder, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        made("run.h5", interrupt)
-    again, through = made("run.h5"), made("through.h5")
+        errors_of("run.h5", interrupt)
+    again, through = errors_of("run.h5"), errors_of("through.h5")
     assert again.rows == through.rows
     assert again["joint_B_force_max"].stated > 0.0
 
@@ -257,7 +257,7 @@ def test_a_run_whose_numbers_change():
     """
     scene = cl.load_case("slider_crank", model="lubricated")
 
-    def made(rtol, error):
+    def record(rtol, error):
         run = prepare(scene, turns=0.5, rtol=rtol, **SAMPLES)
         run.every(0.2 * scene.turn, lambda r: r.change({"joints/C/clearance": wider(r)}))
         return write(run, Output(), error=error, settle=0.0)
@@ -265,7 +265,7 @@ def test_a_run_whose_numbers_change():
     def wider(run):
         return 1.05 * run.mechanism.scene.clearance_joints[0].clearance
 
-    errors, exact = made(1e-6, "auto").errors, metrics(made(1e-11, None), 0.0)
+    errors, exact = record(1e-6, "auto").errors, metrics(record(1e-11, None), 0.0)
     for name in ("joint_C_force_max", "joint_C_gap_min", "drive_crank_torque_max"):
         assert 0.0 < errors[name].relative < 1e-3, name
         assert abs(errors[name].value - exact[name].value) <= errors[name].stated, name
@@ -453,8 +453,8 @@ def test_requests_that_cannot_be_reached(feeder, tmp_path):
 def test_names_before_anything_runs(case, parameters, length, monkeypatch):
     """Those of a run that has not begun are those that it has, and a wrong one ends it there."""
     scene = cl.load_case(case, **parameters)
-    made = cl.simulate(scene, error=None, **length)
-    expected = {*metrics(made), *made.located.names, "trajectory"}
+    run = cl.simulate(scene, error=None, **length)
+    expected = {*metrics(run), *run.located.names, "trajectory"}
     assert names(prepare(scene, **length), metrics) == expected
     monkeypatch.setattr(Run, "go", None)
     with pytest.raises(ValueError, match=r"has no 'trajectry' \(did you mean trajectory\?\)"):

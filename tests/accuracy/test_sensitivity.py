@@ -180,7 +180,7 @@ def test_units(units, parameter, quotient_of):
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("parameters", "message"),
     [
         ("crnk", r"no parameter 'crnk' \(did you mean crank\?\)"),
         ("side", "sensitivity to side: 1 is no number that can vary"),
@@ -196,10 +196,10 @@ def test_units(units, parameter, quotient_of):
         ("crank=1N", "size of crank: '1N' is in N, expected m"),
     ],
 )
-def test_wrong_parameters(given, message, crank):
+def test_wrong_parameters(parameters, message, crank):
     """A parameter that the scene does not have is refused."""
     with pytest.raises(ValueError, match=message):
-        cl.simulate(cl.load_case(crank), turns=1, sensitivity=given)
+        cl.simulate(cl.load_case(crank), turns=1, sensitivity=parameters)
 
 
 MOTOR = """

@@ -95,14 +95,14 @@ def right_hand_sides():
         out, work = np.zeros(y.size), np.append(mechanism.work0, 0.0)
         rhs = dispatched(mechanism.kernel("rhs"))
 
-        def own(count, rhs=rhs, y=y, par=mechanism.par, work=work, out=out):
+        def ours(count, rhs=rhs, y=y, par=mechanism.par, work=work, out=out):
             own_calls(rhs, y, par, work, out, count)
 
         def dense(count, ref=ref, q=q, v=v):
             reference_calls(q, v, ref.mass, ref.gravity, ref.rows, ref.numbers, ref.count, count)
 
-        own(10), dense(10)
-        pairs = [(per_call(own, 100_000), per_call(dense, 5_000)) for _ in range(REPEATS)]
+        ours(10), dense(10)
+        pairs = [(per_call(ours, 100_000), per_call(dense, 5_000)) for _ in range(REPEATS)]
         mine, theirs = (statistics.median(p[i] for p in pairs) for i in range(2))
         ratio = statistics.median(b / m for m, b in pairs)
         yield f"| {joints} | {mine:.0f} ns | {theirs:.0f} ns | {ratio:.0f} | {difference:.0e} |"
@@ -174,14 +174,14 @@ def compiled_law(law, active, state):
     result, function, kernel_at = [], traced(law.law.function, law.law.kinds), caller(KERNEL)
     numbers = [x for v in state[1:] for x in (v if isinstance(v, tuple) else (v,))]
     for one in (function, function.slopes(tuple(range(active)))):
-        place, size = address(compiled(one), KERNEL), one.count
+        pointer, size = address(compiled(one), KERNEL), one.count
 
         @njit(error_model="numpy")
-        def calls(count, first, others, place=place, size=size):
+        def calls(count, first, others, pointer=pointer, size=size):
             total, out, inputs = 0.0, np.empty(size), np.append(first, others)
             for i in range(count):
                 inputs[0] = first * (1.0 + 1e-9 * i)
-                kernel_at(place)(0.0, inputs, others, others, out)
+                kernel_at(pointer)(0.0, inputs, others, others, out)
                 total += out.sum()  # all are used: none is left out
             return total
 

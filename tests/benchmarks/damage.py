@@ -95,38 +95,38 @@ Damage = Callable[[Path, random.Random], str]
 def flip(path: Path, rng: random.Random) -> str:
     """One bit of a file."""
     content = bytearray(path.read_bytes())
-    place, bit = rng.randrange(len(content)), rng.randrange(8)
-    content[place] ^= 1 << bit
+    offset, bit = rng.randrange(len(content)), rng.randrange(8)
+    content[offset] ^= 1 << bit
     path.write_bytes(content)
-    return f"bit {bit} of byte {place}"
+    return f"bit {bit} of byte {offset}"
 
 
 def cut(path: Path, rng: random.Random) -> str:
     """A file that ends early."""
     content = path.read_bytes()
-    place = rng.randrange(len(content))
-    path.write_bytes(content[:place])
-    return f"cut at byte {place}"
+    offset = rng.randrange(len(content))
+    path.write_bytes(content[:offset])
+    return f"cut at byte {offset}"
 
 
 def zeros(path: Path, rng: random.Random) -> str:
     """A file of which a block was never written."""
     content = bytearray(path.read_bytes())
-    place = rng.randrange(len(content))
-    content[place : place + 64] = bytes(len(content[place : place + 64]))
+    offset = rng.randrange(len(content))
+    content[offset : offset + 64] = bytes(len(content[offset : offset + 64]))
     path.write_bytes(content)
-    return f"zeros from byte {place}"
+    return f"zeros from byte {offset}"
 
 
 def index(path: Path, rng: random.Random) -> str:
     """A file in which the index of some column has eight bytes or a block of others."""
     content = bytearray(path.read_bytes())
     begin = rng.choice([match.start() for match in re.finditer(b"TREE\x01", content)] or [0])
-    place = begin + rng.randrange(80)
+    offset = begin + rng.randrange(80)
     other = rng.choice([rng.randbytes(8), bytes(64)])
-    content[place : place + len(other)] = other
+    content[offset : offset + len(other)] = other
     path.write_bytes(content)
-    return f"{len(other)} bytes from byte {place}"
+    return f"{len(other)} bytes from byte {offset}"
 
 
 def _items(file: h5py.File) -> list[str]:
@@ -193,8 +193,8 @@ def other_item(path: Path, rng: random.Random) -> str:
         }
         value = rng.choice(others)
         del file[name]
-        made = file.create_group(name) if value is None else file.create_dataset(name, data=value)
-        made.attrs.update(attributes)
+        item = file.create_group(name) if value is None else file.create_dataset(name, data=value)
+        item.attrs.update(attributes)
     return f"{name} = {value!r}"
 
 
@@ -260,9 +260,9 @@ def other_text(path: Path, rng: random.Random) -> str:
             "nan",
         ]
     )
-    place = rng.randrange(len(text))
-    path.write_text(text[:place] + put + text[place:])
-    return f"{put!r} at {place}"
+    offset = rng.randrange(len(text))
+    path.write_text(text[:offset] + put + text[offset:])
+    return f"{put!r} at {offset}"
 
 
 def other_arrays(path: Path, rng: random.Random) -> str:

@@ -103,12 +103,12 @@ def again(name: str) -> Callable[[Path], dict[str, list[str]]]:
     """The summary of the page, with the rows of one study made again."""
 
     def rows(folder: Path) -> dict[str, list[str]]:
-        made = compared(folder, name)
+        comparison = compared(folder, name)
         mine, page = f"| `{STUDIES[name]}` |", RESULTS.read_text()
         lines = page.partition(SUMMARY)[2].partition(END)[0].strip().splitlines()
         first = next(i for i, line in enumerate(lines) if line.startswith(mine))
         others = [line for line in lines if not line.startswith(mine)]
-        return {"summary": others[:first] + summary({name: made})[2:] + others[first:]}
+        return {"summary": others[:first] + summary({name: comparison})[2:] + others[first:]}
 
     return rows
 

@@ -93,8 +93,8 @@ def details(name: str, study: routes.RouteStudy) -> list[str]:
 def check(name: str, study: routes.RouteStudy) -> None:
     """Note what is requested and not met."""
     for r in study.routes:
-        for what, apart in (("efforts", r.efforts), ("reactions", r.reactions)):
-            require(not apart > 1e-10, f"{name}: {what} of {r.name} are {apart:.0e} away")
+        for quantity, apart in (("efforts", r.efforts), ("reactions", r.reactions)):
+            require(not apart > 1e-10, f"{name}: {quantity} of {r.name} are {apart:.0e} away")
     entire = milliseconds(study, "explicit, whole call")
     if name.startswith("three-loop chain, driven"):
         require(entire < 20.0, f"{name}: a call takes {entire:.1f} ms, above 20")

@@ -139,8 +139,8 @@ def killed(
 ) -> Count:
     """A command that is killed at so many moments; after: of those behind a file's writing."""
     count, peace, out = Count(), folder / "peace", folder / "out"
-    for place in (peace, out):
-        place.mkdir()
+    for directory in (peace, out):
+        directory.mkdir()
     begin = time.monotonic()
     if wrong := finished(started(command, peace)):
         return Count(wrong=[f"in peace: {wrong}"])
@@ -268,13 +268,13 @@ def parsed(arguments: list[str] | None = None) -> int:
     )
     counts = {}
     for name in chosen.names or [*KILLED, *LOADS]:
-        with tempfile.TemporaryDirectory() as place:
+        with tempfile.TemporaryDirectory() as directory:
             rng = random.Random(f"{chosen.seed} {name}")
             if name in KILLED:
                 after = AFTER.get(name)
-                counts[name] = killed(KILLED[name], chosen.kills, rng, Path(place), after)
+                counts[name] = killed(KILLED[name], chosen.kills, rng, Path(directory), after)
             else:
-                counts[name] = LOADS[name](Path(place))
+                counts[name] = LOADS[name](Path(directory))
         print(table(counts)[-1], *counts[name].wrong, sep="\n", flush=True)
     if chosen.update:
         put_rows(RESULTS, table(counts), BEGIN)

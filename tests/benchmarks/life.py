@@ -116,9 +116,9 @@ KINDS = {
 }
 
 
-def rows(turns: int, folder: Path, given: dict) -> list[str]:
+def rows(turns: int, folder: Path, parameters: dict) -> list[str]:
     """The table: a row for the direct run, one for each set of options of the jumps."""
-    now = direct({}, turns, folder, given)
+    now = direct({}, turns, folder, parameters)
     deep, volume, cpu = (float(v) for v in (now["depth"].max(), now["depth"].sum(), now["cpu"]))
     lines = [
         "| life | turns run | depth | difference | stated | volume | CPU | turns or CPU saved |",
@@ -126,7 +126,7 @@ def rows(turns: int, folder: Path, given: dict) -> list[str]:
         f"| each turn run | {turns} | {1e6 * deep:.3f} um | | | | {cpu:.0f} s | |",
     ]
     for name, options in KINDS.items():
-        life, spent, _ = jumps({}, turns, options | (given if options else {}))
+        life, spent, _ = jumps({}, turns, options | (parameters if options else {}))
         depth, error = life.depth(JOINT)[-1], 1e6 * life.error[-1]
         run = sum(int(s["average"] + life.asked["settle"]) for s in life.stages)
         apart = 1e6 * (float(depth.max()) - deep)

@@ -222,8 +222,8 @@ def kept(journal: str | None) -> list[Outcome]:
     """Outcomes of a journal: of files that came to their end without a failure."""
     if journal is None or not Path(journal).exists():
         return []
-    made = [Outcome(**json.loads(line)) for line in Path(journal).read_text().splitlines()]
-    return [o for o in made if not (o.cut or o.failed)]
+    outcomes = [Outcome(**json.loads(line)) for line in Path(journal).read_text().splitlines()]
+    return [o for o in outcomes if not (o.cut or o.failed)]
 
 
 def table(outcomes: list[Outcome], names: list[str]) -> list[str]:

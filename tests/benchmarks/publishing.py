@@ -13,10 +13,10 @@ RESULTS = Path(__file__).parent / "README.md"
 missed: list[str] = []
 
 
-def require(met, what: str) -> None:
+def require(met, message: str) -> None:
     """Note a number that is not met; the script then ends with exit status 1."""
     if not met:
-        missed.append(what)
+        missed.append(message)
 
 
 def put(path: str | Path, lines: list[str], begin: str, end: str = END) -> None:

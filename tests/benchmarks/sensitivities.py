@@ -82,7 +82,7 @@ def compared(sensitivities, exact: dict, name: str) -> list[tuple[float, bool, f
 
 
 # --- tangents
-def made(viscosity: float, rtol: float, method: str) -> Run:
+def run_of(viscosity: float, rtol: float, method: str) -> Run:
     """A run of the feeder with a film law, not begun."""
     scene = cl.load_case("six_bar_feeder", film="pinkus_sternlicht", viscosity=viscosity)
     return prepare(scene, turns=TURNS, rtol=rtol, method=method, energy=False)
@@ -98,7 +98,7 @@ def end(run: Run, ends: list[float] | None = None) -> tuple[np.ndarray, list[flo
 
 def difference(viscosity: float, width: float, rtol: float, method: str, ends=None) -> np.ndarray:
     """Central difference of the states at the end."""
-    above, below = (end(made(viscosity + d, rtol, method), ends)[0] for d in (width, -width))
+    above, below = (end(run_of(viscosity + d, rtol, method), ends)[0] for d in (width, -width))
     return (above - below) / (2.0 * width)
 
 
@@ -108,8 +108,8 @@ class Tangent:
     """
 
     def __init__(self, viscosity: float, rtol: float):
-        run, self.width = made(viscosity, rtol, "radau5"), 1e-6 * viscosity
-        beside = [made(viscosity + d, rtol, "radau5") for d in (self.width, -self.width)]
+        run, self.width = run_of(viscosity, rtol, "radau5"), 1e-6 * viscosity
+        beside = [run_of(viscosity + d, rtol, "radau5") for d in (self.width, -self.width)]
         self.run, self.size, self.par = run, run.mechanism.size, run.mechanism.par
         self.above, self.below = (one.mechanism.par for one in beside)
         self.y = run.state.y[: self.size].copy()
@@ -158,14 +158,14 @@ def tangents() -> None:
     print("|---|---|---|---|")
     for rtol in (1e-6, 1e-8):
         tangent, t = Tangent(viscosity, rtol), 0.0
-        ends = end(made(viscosity, rtol, "radau5"))[1]
+        ends = end(run_of(viscosity, rtol, "radau5"))[1]
         for until in ends:
             tangent.step(t, until - t)
             t = until
         off = np.abs(tangent.slope / exact - 1.0).max()
         print(print_row("tangent columns, radau5", rtol, len(ends), off))
     for rtol in (1e-6, 1e-8):
-        ends = end(made(viscosity, rtol, "rodas5p"))[1]
+        ends = end(run_of(viscosity, rtol, "rodas5p"))[1]
         computed = difference(viscosity, 1e-5 * viscosity, rtol, "rodas5p", ends)
         off = np.abs(computed / exact - 1.0).max()
         print(print_row("differences on common steps, rodas5p", rtol, len(ends), off))

@@ -45,7 +45,7 @@ def scene(*, torque: float = 0.033) -> cl.Scene:
         )
     }
     k1, k2, k3, k4, k5, k6, k7 = bodies.values()
-    fixed = {name: cl.ground.at(*place) for name, place in FIXED.items()}
+    fixed = {name: cl.ground.at(*position) for name, position in FIXED.items()}
     return cl.Scene(
         cl.Revolute(cl.ground, k1["O"], name="O"),
         cl.Revolute(k1["E"], k2["E"], name="E"),

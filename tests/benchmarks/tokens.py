@@ -135,12 +135,12 @@ def main(arguments: list[str]) -> None:
     options.add_argument("paths", nargs="*", default=list(CORE), help="folders, files or patterns")
     options.add_argument("--files", action="store_true", help="each file too")
     options.add_argument("--before", type=Path, metavar="CHECKOUT", help="another checkout")
-    given = options.parse_args(arguments)
-    roots = [ROOT, given.before] if given.before else [ROOT]
-    for path in given.paths:
+    chosen = options.parse_args(arguments)
+    roots = [ROOT, chosen.before] if chosen.before else [ROOT]
+    for path in chosen.paths:
         if not any(any(sources(root, path)) for root in roots):
             options.error(f"{path}: no Python file there")
-    print("\n".join(lines(given.paths, given.files, given.before)))
+    print("\n".join(lines(chosen.paths, chosen.files, chosen.before)))
 
 
 if __name__ == "__main__":

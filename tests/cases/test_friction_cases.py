@@ -252,8 +252,8 @@ class TestThreeLoopChain:
             outputs("three_loop_chain", t, "joints/ground-g/friction", friction=friction)[0]
             for t in range(0, 11, 2)
         ]
-        what = f"{friction} friction of the crank pin, three-loop chain"
-        validated(what, [-f for f in actual], torques, last(5), unit="N m", **GUO)
+        label = f"{friction} friction of the crank pin, three-loop chain"
+        validated(label, [-f for f in actual], torques, last(5), unit="N m", **GUO)
 
     @pytest.mark.parametrize(
         ("t", "torque", "friction", "ours"),
@@ -263,11 +263,11 @@ class TestThreeLoopChain:
         """Torques with friction in all pins, and how fast its iteration contracts."""
         row = observed(mechanism("three_loop_chain", where="all", pin_radius=0.005), float(t))
         entire, ideal = row["drives/crank/torque"], row["drives/crank/torque_ideal"]
-        actual, what = (
+        actual, label = (
             [entire, entire - ideal, -row["joints/ground-g/friction"]],
             "friction in all pins, three-loop chain",
         )
-        validated(what, actual, (torque, friction, ours), last(6), unit="N m", **GUO)
+        validated(label, actual, (torque, friction, ours), last(6), unit="N m", **GUO)
         assert row["friction/iterations"] == 8
         if t == 0:
             validated(
@@ -347,8 +347,8 @@ class TestThreeLoopChain:
         grows with the torque. The
         ledger's states are integrated along: 1e-9 of the energy.
         """
-        given = {"where": "all", "pin_radius": 0.005}
-        m = mechanism("three_loop_chain", drive="torque", stiffness=2e3, damping=20.0, **given)
+        pins = {"where": "all", "pin_radius": 0.005}
+        m = mechanism("three_loop_chain", drive="torque", stiffness=2e3, damping=20.0, **pins)
         rhs, work = kernel(m, "rhs"), np.append(m.work0, 0.0)
 
         def slope(t, y):
@@ -361,7 +361,7 @@ class TestThreeLoopChain:
             slope, (0.0, end), m.y0, method="DOP853", rtol=1e-8, atol=1e-10, max_step=1e-3
         )
         row, first = observed(m, end, actual.y[:, -1]), observed(m, 0.0)
-        wanted = observed(mechanism("three_loop_chain", **given), end)
+        wanted = observed(mechanism("three_loop_chain", **pins), end)
         assert row["drives/crank/torque"] == pytest.approx(wanted["drives/crank/torque"], rel=1e-2)
         error = wanted["bodies/link_g/theta"] - row["bodies/link_g/theta"]
         assert error == pytest.approx(wanted["drives/crank/torque"] / 2e3, rel=1e-2)
@@ -633,7 +633,7 @@ class TestMobileManipulator:
         assert result.solver["energy_residual_share"] < 1e-4
 
     @pytest.mark.parametrize(
-        ("given", "message"),
+        ("parameters", "message"),
         [
             ({"simulation": 4}, "simulation must be 1, 2 or 3, got 4"),
             (
@@ -648,14 +648,14 @@ class TestMobileManipulator:
             ({"drive": "torque"}, "drive must be one of motion, force; got 'torque'"),
         ],
     )
-    def test_refusals(self, given, message):
+    def test_refusals(self, parameters, message):
         """Options that do not go together are refused."""
         with pytest.raises(ValueError, match=message):
-            load_case("mobile_manipulator", **given)
+            load_case("mobile_manipulator", **parameters)
 
 
 @pytest.mark.parametrize(
-    ("case", "given", "message"),
+    ("case", "parameters", "message"),
     [
         ("five_axis_chain", {"reading": "R"}, "reading must be one of P, Q; got 'R'"),
         (
@@ -678,7 +678,7 @@ class TestMobileManipulator:
         ),
     ],
 )
-def test_refusals(case, given, message):
+def test_refusals(case, parameters, message):
     """Wrong options of the cases are refused with their names."""
     with pytest.raises(ValueError, match=message):
-        load_case(case, **given)
+        load_case(case, **parameters)

@@ -43,13 +43,13 @@ def test_T1_a_damaged_life_is_named(life, name, seed, tmp_path):
     rng, copy = random.Random(f"{seed} {name}"), tmp_path / "worn"
     shutil.copytree(life, copy)
     entire, content = reading(life), bytearray((copy / name).read_bytes())
-    place = rng.randrange(len(content))
+    offset = rng.randrange(len(content))
     if (way := seed % 3) == 0:
-        content[place] ^= 1 << rng.randrange(8)
+        content[offset] ^= 1 << rng.randrange(8)
     elif way == 1:
-        del content[place:]
+        del content[offset:]
     else:
-        content[place : place + 64] = bytes(len(content[place : place + 64]))
+        content[offset : offset + 64] = bytes(len(content[offset : offset + 64]))
     (copy / name).write_bytes(content)
     try:
         read = reading(copy)
@@ -242,14 +242,14 @@ def test_T9_exceptions_without_a_text(base, text, top, tmp_path, typed):
 
 
 @pytest.mark.parametrize(
-    "what", ["GeneratorExit", "BaseException('x')", "SystemExit(3)", "StopIteration"]
+    "error", ["GeneratorExit", "BaseException('x')", "SystemExit(3)", "StopIteration"]
 )
 @pytest.mark.parametrize("top", [True, False])
-def test_T10_what_is_no_error_ends_in_a_line(what, top, tmp_path, typed):
+def test_T10_what_is_no_error_ends_in_a_line(error, top, tmp_path, typed):
     """Whatever a user's file raises ends in a line with its name."""
     path = tmp_path / "mine.py"
-    raised = f"raise {what}" if top else ""
-    path.write_text(RAISING.format(base="Exception", text="return ''", what=what, top=raised))
+    raised = f"raise {error}" if top else ""
+    path.write_text(RAISING.format(base="Exception", text="return ''", what=error, top=raised))
     assert "mine" in typed.line("run", path)
 
 

@@ -269,8 +269,8 @@ def test_every_command_has_a_help_text(command, typed):
     has the same options of it as that of all commands.
     """
     alone, all_of_them = (
-        next(a for a in made._actions if a.dest == "command").choices
-        for made in (cli.parser(command), cli.parser())
+        next(a for a in parser._actions if a.dest == "command").choices
+        for parser in (cli.parser(command), cli.parser())
     )
     assert [*alone] == [*all_of_them] == [*COMMANDS]
     assert alone[command].format_help() == all_of_them[command].format_help()
@@ -350,13 +350,13 @@ def test_users20_losses_and_powers_of_a_summary_balance(model, tmp_path, typed):
     path = tmp_path / "run.h5"
     summary = typed(*words, "--json -o", path).document
     begin, end = (summary["settled"][word] for word in ("begin_s", "end_s"))
-    given = sum(drive["mean_power"] for drive in summary["drives"].values())
+    supplied = sum(drive["mean_power"] for drive in summary["drives"].values())
     lost = sum(joint.get("mean_loss", 0.0) for joint in summary["joints"].values())
     with cl.open_result(path) as result:
         energy = result.energy.kinetic + result.energy.potential
         grown = np.diff(np.interp([begin, end], result.time, energy))[0] / (end - begin)
     assert min(j["mean_loss"] for n, j in summary["joints"].items() if n in "BE") > 0.0
-    assert given - lost == pytest.approx(grown, abs=1e-3 * lost)
+    assert supplied - lost == pytest.approx(grown, abs=1e-3 * lost)
 
 
 SPRUNG = """
@@ -383,9 +383,9 @@ def test_users20_a_spring_puts_no_power_in(seed, tmp_path, typed):
     summary = typed(*words, "--json -o", path).document
     span = summary["settled"]["begin_s"], summary["settled"]["end_s"]
     with cl.open_result(path) as result:
-        given = np.diff(np.interp(span, result.time, result.energy.input))[0]
+        supplied = np.diff(np.interp(span, result.time, result.energy.input))[0]
     power = summary["drives"]["crank"]["mean_power"]
-    assert power * (span[1] - span[0]) == pytest.approx(given, rel=1e-9)
+    assert power * (span[1] - span[0]) == pytest.approx(supplied, rel=1e-9)
 
 
 @pytest.mark.parametrize(("model", "printed"), [("dry", False), ("lubricated", True)])

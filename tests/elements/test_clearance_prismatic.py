@@ -64,10 +64,10 @@ STATES = [(1.0e-3, 0.002), (1.01e-3, 1e-6), (2e-5, 0.045)]
 
 def at_state(mechanism, offset, tilt, rates=(0.3, -4.0)):
     """A state with the block there; all corners have touched at `IMPACT`."""
-    y, place = mechanism.y0.copy(), mechanism.layout.state
+    y, state = mechanism.y0.copy(), mechanism.layout.state
     for name, value, rate in (("offset", offset, rates[0]), ("tilt", tilt, rates[1])):
-        y[place[f"joints/slot/{name}"]] = value
-        y[place[f"rate of joints/slot/{name}"]] = rate
+        y[state[f"joints/slot/{name}"]] = value
+        y[state[f"rate of joints/slot/{name}"]] = rate
     work = mechanism.work0.copy()
     work[: len(mechanism.layout.spots)] = IMPACT
     return y, work
@@ -111,10 +111,10 @@ def test_rates_against_differences(name):
     assert actual[1][:, 1] == pytest.approx(slope, abs=1e-6 * np.abs(slope).max())
 
 
-def depths(mechanism, y, place, values):
+def depths(mechanism, y, state, values):
     """Penetrations of all corners, a row for each value of one state."""
     out = np.zeros((len(values), 2 * len(mechanism.layout.spots)))
-    for y[place], row in zip(values, out, strict=True):
+    for y[state], row in zip(values, out, strict=True):
         kernel(mechanism, "events")(0.0, y, mechanism.par, mechanism.work0, row)
     return out[:, ::2]
 
@@ -141,11 +141,11 @@ def test_dead_band_of_corners_is_above_their_rounding():
         state, steps = mechanism.layout.state, np.arange(-20, 21)
         y = mechanism.y0.copy()
         y[state["joints/guide/tilt"]] = rng.uniform(-0.9, 0.9) * gap / overlap
-        place, side = state["joints/guide/offset"], CORNERS[corner][2]
+        offset, side = state["joints/guide/offset"], CORNERS[corner][2]
 
-        wall = -side * depths(mechanism, y, place, [0.0])[0, corner]
+        wall = -side * depths(mechanism, y, offset, [0.0])[0, corner]
         moves = wall + side * steps * 1e-17 * half
-        apart = depths(mechanism, y, place, moves)[:, corner] - side * (moves - wall)
+        apart = depths(mechanism, y, offset, moves)[:, corner] - side * (moves - wall)
         assert np.ptp(apart) < 1e-2 * run.state.band[corner]
 
 
@@ -194,14 +194,14 @@ def rest_tilt(stiffness: float) -> float:
         clearance=0.5e-3,
     )
     mechanism = build(scene)
-    place, rhs, out = mechanism.layout.state, kernel(mechanism, "rhs"), np.zeros(mechanism.y0.size)
+    state, rhs, out = mechanism.layout.state, kernel(mechanism, "rhs"), np.zeros(mechanism.y0.size)
     work = np.zeros(mechanism.work0.size)
 
     def turning(tilt: float) -> float:
         y = mechanism.y0.copy()
-        y[place["joints/guide/tilt"]] = tilt
+        y[state["joints/guide/tilt"]] = tilt
         rhs(0.0, y, mechanism.par, work, out)
-        return out[place["rate of joints/guide/tilt"]]
+        return out[state["rate of joints/guide/tilt"]]
 
     return brentq(turning, 0.015, 0.03, xtol=1e-16)
 

@@ -151,9 +151,9 @@ def test_a_mass_rattles_between_stops(seed, turning):
     until = rattles * (4.0 * way / speed + 2.0 * math.pi / frequency)
     scene = cl.Scene(*parts, gravity=(0.0, 0.0))
     end = cl.simulate(scene, until=until, rtol=1e-8, samples=2, error=None)["mass"]
-    place = (end.theta if turning else end.x)[-1]
+    position = (end.theta if turning else end.x)[-1]
     size = way + speed / frequency
-    assert abs(place - rattle(until, speed, way, frequency)) < 200.0 * 1e-8 * rattles * size
+    assert abs(position - rattle(until, speed, way, frequency)) < 200.0 * 1e-8 * rattles * size
 
 
 def test_a_mass_bounces_on_a_stop():

@@ -73,8 +73,8 @@ def numbers_in_c(model, library):
     library.numbers(*arrays)
     library.derive(arrays[1])
     wanted = mechanism.par[: sizes[0]].copy()
-    for place, start in model.starts.items():
-        wanted[place] = start
+    for index, start in model.starts.items():
+        wanted[index] = start
     count = len(layout.parameters)
     np.testing.assert_array_equal(par[:count], wanted[:count])
     np.testing.assert_allclose(rest[0][: layout.states], mechanism.scale, rtol=1e-14)

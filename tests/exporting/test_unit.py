@@ -27,17 +27,17 @@ OFFSETS = ["joints.B.eccentricity_x", "joints.B.eccentricity_y"]
 @pytest.fixture(scope="module")
 def feeder(tmp_path_factory):
     """Units of the feeder by its model, each made once."""
-    folder, made = tmp_path_factory.mktemp("units"), {}
+    folder, units = tmp_path_factory.mktemp("units"), {}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(unit, "has_zig", lambda: False)
 
         def unit_of(model, **values):
-            key = f"{model}_{len(made)}" if values else model
-            if key not in made:
+            key = f"{model}_{len(units)}" if values else model
+            if key not in units:
                 scene = cl.load_case("six_bar_feeder", model=model, **values)
                 path = str(cl.export(scene, fmu=folder / f"{key}.fmu").fmu)
-                made[key] = scene, path
-            return made[key]
+                units[key] = scene, path
+            return units[key]
 
         yield unit_of
 

@@ -88,12 +88,12 @@ def readings(content, bits, path):
     path.write_bytes(content)
     with cl.open_result(path) as run:
         entire = {c: run.reader.column(c) for c in damage._channels(run)}
-    for place, bit in bits:
+    for offset, bit in bits:
         changed = bytearray(content)
-        changed[place] ^= 1 << bit
+        changed[offset] ^= 1 << bit
         path.write_bytes(changed)
         if wrong := wrong_numbers(path, entire):
-            yield place, bit, wrong
+            yield offset, bit, wrong
 
 
 @pytest.mark.parametrize("seed", few_of(range(5), 1))
@@ -151,10 +151,10 @@ def test_L0_no_damage_of_an_index_ends_the_process(long_run, tmp_path, older):
     for i in range(20):
         changed = bytearray(content)
         for begin, end in nodes(content):
-            place = rng.randrange(begin, end)
-            other = [bytes([content[place] ^ 1 << rng.randrange(8)]), bytes(4), bytes(64)]
+            offset = rng.randrange(begin, end)
+            other = [bytes([content[offset] ^ 1 << rng.randrange(8)]), bytes(4), bytes(64)]
             other = rng.choice([*other, rng.randbytes(8)])
-            changed[place : place + len(other)] = other
+            changed[offset : offset + len(other)] = other
         (tmp_path / f"{i}.h5").write_bytes(changed)
     copies = [path, *(tmp_path / f"{i}.h5" for i in range(20))]
     python("-W", "ignore", "-c", READING, *copies)
@@ -171,7 +171,7 @@ def everything(path, form):
         reader.file.visit(names.append)
         columns = [c for c in reader.columns() if not c.endswith(("/event", "/step_number"))]
         groups = [n for n in names if isinstance(reader.item(n), h5py.Group)]
-        about = {place: reader.attributes(place) for place in ("", *columns, *groups)}
+        about = {path: reader.attributes(path) for path in ("", *columns, *groups)}
         return [*columns, *(f"{p}@{n}" for p, some in about.items() for n in some.keys() - ASIDE)]
 
 
@@ -180,10 +180,10 @@ def read(path, form, names):
     with open_checked(path, "file", form, 99) as reader:
         content = {}
         for name in names:
-            place, _, attribute = name.partition("@")
+            group, _, attribute = name.partition("@")
             with suppress(Damaged):
                 if attribute:
-                    content[name] = str(reader.attribute(place, attribute))
+                    content[name] = str(reader.attribute(group, attribute))
                 else:
                     content[name] = reader.column(name).tobytes()
         return content
@@ -206,9 +206,9 @@ ALIKE = ("no case", "life: run of a stage", "checkpoint: a stretch")
 def kinds(tmp_path_factory, long_run):
     """A file of each kind."""
     files = damage.sources(tmp_path_factory.mktemp("kinds"))
-    made = {n: k.source / k.inside if k.inside else k.source for n, k in files.items()}
-    made = {n: p for n, p in made.items() if p.suffix == ".h5" and n not in ALIKE}
-    return made | {"long run": long_run}
+    files_of = {n: k.source / k.inside if k.inside else k.source for n, k in files.items()}
+    files_of = {n: p for n, p in files_of.items() if p.suffix == ".h5" and n not in ALIKE}
+    return files_of | {"long run": long_run}
 
 
 @pytest.fixture(scope="module")
@@ -244,10 +244,10 @@ def test_L7_no_flipped_bit_of_any_file_is_read(kinds, tmp_path, seed):
         rng.shuffle(places)
         for i in range(0, len(places), 12):
             changed = bytearray(content)
-            for place in places[i : i + 12]:
-                before, changed[place] = changed[place], changed[place] ^ 1 << rng.randrange(8)
+            for offset in places[i : i + 12]:
+                before, changed[offset] = changed[offset], changed[offset] ^ 1 << rng.randrange(8)
                 path.write_bytes(changed)
-                changed[place] = changed[place] if opens(path, form) else before
+                changed[offset] = changed[offset] if opens(path, form) else before
             path.write_bytes(changed)
             assert read(path, form, names).items() <= entire.items(), (kind, places[i : i + 12])
 

@@ -77,12 +77,12 @@ def test_R7_no_flipped_bit_changes_a_number(all_files, tmp_path):
     assert not faults(damage.attempts(7, 4, flipped, tmp_path))
 
 
-def flip_in(path, name, place=5):
+def flip_in(path, name, offset=5):
     """A bit among the values of a column."""
     with h5py.File(path) as file:
         begin = file[name].id.get_chunk_info(0).byte_offset
     content = bytearray(path.read_bytes())
-    content[begin + place] ^= 1
+    content[begin + offset] ^= 1
     path.write_bytes(content)
 
 
@@ -138,7 +138,7 @@ def test_R7_long_texts_have_checksums(dry, typed):
 
 
 @pytest.mark.parametrize(
-    ("place", "name", "message"),
+    ("item", "name", "message"),
     [
         ("/", "warnings", "/ has no attribute 'warnings'"),
         ("/", "scene", "/ has no attribute 'scene'"),
@@ -148,10 +148,10 @@ def test_R7_long_texts_have_checksums(dry, typed):
         ("joints/C/gap", "actual_range", "/joints/C/gap has no attribute 'actual_range'"),
     ],
 )
-def test_R5_a_missing_attribute_is_named(dry, typed, place, name, message):
+def test_R5_a_missing_attribute_is_named(dry, typed, item, name, message):
     """A missing attribute is named where it is read."""
     with h5py.File(dry, "a") as file:
-        del file[place].attrs[name]
+        del file[item].attrs[name]
     if name in ("units", "actual_range"):
         with cl.open_result(dry) as run, pytest.raises(Damaged, match=message):
             run.units("joints/C/gap") if name == "units" else run.range("joints/C/gap")
@@ -181,8 +181,8 @@ def test_R5_nothing_is_read_from_another_file(dry, tmp_path):
         other["x"] = np.arange(41.0)
     with h5py.File(dry, "a") as file:
         del file["joints/C/gap"], file["joints/C/force_x"]
-        place = [(str(tmp_path / "secret"), 0, 8 * 41)]
-        file.create_dataset("joints/C/gap", (41,), "f8", external=place)
+        outside = [(str(tmp_path / "secret"), 0, 8 * 41)]
+        file.create_dataset("joints/C/gap", (41,), "f8", external=outside)
         file["joints/C/force_x"] = h5py.ExternalLink(str(tmp_path / "other.h5"), "x")
     with cl.open_result(dry) as run:
         for name in ("gap", "force_x"):
@@ -217,10 +217,10 @@ def test_R5_texts_without_an_end(files, tmp_path):
     heads, wrong = [m.start() for m in re.finditer(b"GCOL", content)], 0
     for i in range(60):
         changed = bytearray(content)
-        place = rng.choice(heads) + rng.randrange(16, 3000)
+        offset = rng.choice(heads) + rng.randrange(16, 3000)
         if i % 2:
-            changed[place : place + 64] = bytes(64)
-        changed[place] ^= 1 << rng.randrange(8)
+            changed[offset : offset + 64] = bytes(64)
+        changed[offset] ^= 1 << rng.randrange(8)
         path.write_bytes(changed)
         try:
             with cl.open_result(path) as run:
@@ -247,8 +247,8 @@ def test_R5_a_closed_file_is_free(files, tmp_path):
         rng.choice(damage.OF_HDF5)(path, rng)
         if (run := look(cl.open_result, path)) is not None:
             channels = look(lambda run=run: list(damage._channels(run))) or []
-            for place in rng.sample(channels, min(len(channels), 12)):
-                look(run.values, place)
+            for channel in rng.sample(channels, min(len(channels), 12)):
+                look(run.values, channel)
             run.close()
         assert str(path) not in [os.path.realpath(link) for link in Path("/proc/self/fd").iterdir()]
         assert str(path) not in Path("/proc/self/maps").read_text()
@@ -416,8 +416,8 @@ def test_R8_a_full_disk_is_said_and_nothing_half_is_left(dry, tmp_path, typed, a
         line = typed.line(arguments.format(tmp_path, dry=dry), status=1)
     assert line.endswith(": File too large")
     assert line.startswith(f"clearance: {tmp_path}/")
-    left = [p for p in tmp_path.rglob("*") if p.is_file() and p.suffix != ".md"]
-    assert left == [dry]
+    remains = [p for p in tmp_path.rglob("*") if p.is_file() and p.suffix != ".md"]
+    assert remains == [dry]
 
 
 def test_R10_a_folder_that_cannot_be_written_is_named(typed, monkeypatch, tmp_path):

@@ -63,8 +63,8 @@ def test_S3_new_runs_no_law_of_a_file(tmp_path):
         "        length=0.01, contact=liner(stiffness=1e8))\n"
         "    return cl.Scene(joint)\n"
     )
-    made = as_user(tmp_path, "run", "evil.py", "--until", "1e-4", "-o", "run.h5")
-    assert made.returncode == 0, made.stderr
+    process = as_user(tmp_path, "run", "evil.py", "--until", "1e-4", "-o", "run.h5")
+    assert process.returncode == 0, process.stderr
     mark.unlink()
     (tmp_path / "evil_law.py").unlink()
     done = as_user(tmp_path, "new", "run.h5", "-o", "new.toml")
@@ -194,12 +194,12 @@ def test_S5_files_that_others_may_have_written_are_not_used(private, seed, caplo
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can give files away")
-@pytest.mark.parametrize("what", ["file", "folder"])
-def test_S5_files_of_others_are_not_used(private, what, caplog):
+@pytest.mark.parametrize("kind", ["file", "folder"])
+def test_S5_files_of_others_are_not_used(private, kind, caplog):
     """A file, or the folder: the run goes on, with one line in the log."""
     written("kernel_x")
     path = store.file_of("kernel_x")
-    os.chown(path if what == "file" else path.parent, 12345, -1)
+    os.chown(path if kind == "file" else path.parent, 12345, -1)
     for _ in range(2):
         assert written("kernel_x")[0] == b"symbol\ncode"
     assert [r.message for r in caplog.records if "it belongs to user 12345" in r.message]
@@ -297,13 +297,13 @@ def test_pages_have_a_policy(run, command, tmp_path):
         ]
 
 
-@pytest.mark.parametrize("place", ["/dev/zero", "/dev/null", "pipe", "folder"])
-def test_only_plain_files_are_read(place, tmp_path, capsys):
+@pytest.mark.parametrize("source", ["/dev/zero", "/dev/null", "pipe", "folder"])
+def test_only_plain_files_are_read(source, tmp_path, capsys):
     """Of memberships, measurements, scene files: no device, no pipe, no folder."""
-    path = Path(place) if place.startswith("/") else tmp_path / place
-    if place == "pipe":
+    path = Path(source) if source.startswith("/") else tmp_path / source
+    if source == "pipe":
         os.mkfifo(path)
-    elif place == "folder":
+    elif source == "folder":
         path.mkdir()
     scene = ["-p", "model=mixed", "-p", "transition=fuzzy", "-p", f"memberships={path}"]
     link = tmp_path / "link.toml"

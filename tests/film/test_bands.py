@@ -223,10 +223,10 @@ class TestAgainstFiniteElements:
         assert actual.side_flow == flow
 
     @staticmethod
-    def compare(validated, what, actual, wanted, bound):
+    def compare(validated, label, actual, wanted, bound):
         """The forces of two solutions."""
         actual, wanted = (complex(*force(film)) for film in (actual, wanted))
-        validated(what, actual, wanted, bound, **ELEMENTS)
+        validated(label, actual, wanted, bound, **ELEMENTS)
 
     @pytest.mark.parametrize(
         "case",

@@ -148,8 +148,8 @@ class TestPocketSlider:
         """Flow 1e-4; reformation within a cell; pressure in proportion to the cells."""
         flow, reform, middle, p = Slider.solved(cells)
         validated("flow", flow, Slider.FLOW, 1e-4, unit="m2/s", **FOWELL)
-        what = f"place of reformation, {cells} cells"
-        validated(what, reform, Slider.REFORM, 1e-2 / cells, unit="m", relative=False, **FOWELL)
+        label = f"place of reformation, {cells} cells"
+        validated(label, reform, Slider.REFORM, 1e-2 / cells, unit="m", relative=False, **FOWELL)
         for x, exact in Slider.POINTS:  # 2.3e-3 of the peak measured at 200 cells
             actual, options = np.interp(x, middle, p), FOWELL | {"unit": "Pa", "relative": False}
             validated(f"pressure, {cells} cells", actual, exact, 0.6 / cells * 9.8e6, **options)
@@ -220,16 +220,16 @@ class TestSqueezedPlates:
         """
         coarse, fine = self.errors(100, 400), self.errors(200, 800)
         for cells, error in ((100, coarse), (200, fine)):
-            what = f"error of the front, {cells} cells"
-            validated(what, error, 0.0, 1.0 / cells, relative=False, **PLATES)
+            label = f"error of the front, {cells} cells"
+            validated(label, error, 0.0, 1.0 / cells, relative=False, **PLATES)
         assert np.sqrt(np.mean(fine**2)) < 0.7 * np.sqrt(np.mean(coarse**2))
 
     def test_closing(self, validated):
         """The cavity is gone within one step of the exact time."""
         actual = self.fronts(100, 400)
         gone = np.flatnonzero(actual[:300] < 0.5 - 1e-12)[-1] + 2  # the gap opens again at 0.75
-        what, close = "time the cavity closes, 400 steps", {"relative": False, **PLATES}
-        validated(what, gone / 400, self.CLOSED, 1 / 400, **close)
+        label, close = "time the cavity closes, 400 steps", {"relative": False, **PLATES}
+        validated(label, gone / 400, self.CLOSED, 1 / 400, **close)
 
 
 class TestSteady:
@@ -381,13 +381,13 @@ class TestLimits:
         scale = ours.bearing.force_scale / ours.bearing.axial * math.pi
         turned = ours.trial(eps, 0.0, 0.0, 0.0, 20.0, 0.01)[:, 0]
         squeezed = ours.trial(eps, 0.0, 3.0, 0.0, 0.0, 0.01)[:, 0]
-        left = 1.0 - eps**2
-        wanted = scale * 10.0 * eps / left**1.5
+        rest = 1.0 - eps**2
+        wanted = scale * 10.0 * eps / rest**1.5
         validated("force of rotation", turned[1], wanted, 3e-3, unit="N", **SHORT)
         assert abs(turned[0]) < 1e-9 * turned[1]
-        wanted = -scale * 3.0 * (1.0 + 2.0 * eps**2) / left**2.5
+        wanted = -scale * 3.0 * (1.0 + 2.0 * eps**2) / rest**2.5
         validated("force of squeeze", squeezed[0], wanted, 3e-3, unit="N", **SHORT)
-        validated("shear integral", turned[2], 2.0 * math.pi / math.sqrt(left), 1e-6, **SHORT)
+        validated("shear integral", turned[2], 2.0 * math.pi / math.sqrt(rest), 1e-6, **SHORT)
 
     def test_turning_frame(self):
         """A full film feels only omega_J + omega_B - 2 gamma': a journal that turns, or a bearing

@@ -115,17 +115,17 @@ def squeezed(squeeze: float, cells: int, layers: int) -> float:
     deep[1:] += 0.5 * np.diff(zeta)
     rigid, area = 1.0 + np.cos(theta)[:, None], wide[:, None] * deep
     source = (squeeze * np.cos(theta)[:, None] * area).ravel()
-    place = np.arange(rigid.size * len(deep)).reshape(len(wide), -1)
-    free = place[1:, :-1].ravel()
+    cell = np.arange(rigid.size * len(deep)).reshape(len(wide), -1)
+    free = cell[1:, :-1].ravel()
     faces = (
-        (place[:-1], place[1:], np.tile(deep / wide[1], (cells, 1))),
-        (place[:, :-1], place[:, 1:], wide[:, None] / np.diff(zeta)),
+        (cell[:-1], cell[1:], np.tile(deep / wide[1], (cells, 1))),
+        (cell[:, :-1], cell[:, 1:], wide[:, None] / np.diff(zeta)),
     )
-    p = np.full(place.size, 0.1)
-    p[np.setdiff1d(place, free)] = 0.0
+    p = np.full(cell.size, 0.1)
+    p[np.setdiff1d(cell, free)] = 0.0
     for _ in range(60):
         gap, rest = np.repeat(rigid, len(deep)) + p, -source
-        matrix = sp.csr_matrix((place.size, place.size))
+        matrix = sp.csr_matrix((cell.size, cell.size))
         for here, there, shape in faces:
             a, b, shape = here.ravel(), there.ravel(), shape.ravel()
             mean, fall = 0.5 * (gap[a] + gap[b]), p[a] - p[b]
@@ -140,7 +140,7 @@ def squeezed(squeeze: float, cells: int, layers: int) -> float:
         p[free] += np.clip(step, -0.6 * gap[free], np.maximum(3.0 * gap[free], 0.02))
         if np.abs(step).max() < 1e-10:
             break
-    return 2.0 * float((p.reshape(place.shape) * np.cos(theta)[:, None] * area).sum())
+    return 2.0 * float((p.reshape(cell.shape) * np.cos(theta)[:, None] * area).sum())
 
 
 def overlap(of: MemoryFilm, eps: float) -> np.ndarray:
@@ -264,8 +264,8 @@ class TestOil:
                 carried = math.hypot(*ours.outputs(eps, 0.0, speed)[:2])
                 low, high = (eps, high) if carried < 40e3 else (low, eps)
             peaks.append(ours.solve(eps, 0.0, speed).peak_pressure / 1e5)
-        what, source = "largest pressure of a piezoviscous bearing", "COMSOL's journal bearing"
-        validated(what, peaks[1], 79.0, 0.5 / 79.0, unit="bar", source=source)
+        label, source = "largest pressure of a piezoviscous bearing", "COMSOL's journal bearing"
+        validated(label, peaks[1], 79.0, 0.5 / 79.0, unit="bar", source=source)
         assert 1.5 < peaks[1] - peaks[0] < 3.0
 
     @pytest.mark.parametrize("roelands", [False, True])

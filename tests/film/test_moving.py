@@ -62,8 +62,8 @@ def test_error_is_what_a_mesh_is_chosen_for(slenderness, validated):
     expected = max(error_of(moving.mesh[0], e, slenderness) for e, *_ in states)
     assert expected < 3.1e-3
     source, sizes = {"source": "fast solver", "kind": "independent"}, np.abs(wanted)
-    what = f"force of the film of a run, L/D {slenderness:g}"
-    validated(what, actual / sizes, wanted / sizes, expected + 3e-4, **source)
+    label = f"force of the film of a run, L/D {slenderness:g}"
+    validated(label, actual / sizes, wanted / sizes, expected + 3e-4, **source)
 
 
 @pytest.mark.parametrize(

@@ -75,8 +75,8 @@ class TestFilmFollowsTheNode:
         result = cl.simulate(
             bath(0.5, conductance, start=start), until=until, samples=2, rtol=1e-12
         )
-        left = (result.node("bath").temperature[-1] - COLD - steady) / 1e-3
-        validated(name, -until / math.log(left) / 0.5, ROWS[name], 1e-3, unit="K/W", **INDEPENDENT)
+        rest = (result.node("bath").temperature[-1] - COLD - steady) / 1e-3
+        validated(name, -until / math.log(rest) / 0.5, ROWS[name], 1e-3, unit="K/W", **INDEPENDENT)
 
     def test_warming(self, validated):
         """Warming of 0.2 s to 1e-6 K, as by an oil with the same capacity and conductance of its
@@ -105,8 +105,8 @@ class TestTwoNodes:
     def test_warming(self, until, more, validated):
         """To 1e-6 of each (1e-8)."""
         wanted = [ROWS[f"{part} at {until} s"] for part in ("oil", "housing")]
-        actual, what = self.run(until, **more), f"oil and housing at {until} s"
-        validated(what, actual, wanted, 1e-6, unit="K", **INDEPENDENT)
+        actual, label = self.run(until, **more), f"oil and housing at {until} s"
+        validated(label, actual, wanted, 1e-6, unit="K", **INDEPENDENT)
 
     def test_steady(self, validated):
         """P / h over both: 32.5 K and 20 K after 8000 s, 1e-5."""
@@ -137,8 +137,8 @@ class TestBalance:
         for name, spin in (("B", 100.0), ("C", 250.0)):
             shaft = cl.Body(name, 3.0, 1e-3)
             heat = HeatBalance(0.5, 0.8, volumetric=0.0, to=housing)
-            place = 0.2 * C, -0.3 * C
-            bearing = film(cl.ground, shaft, name, heat=heat, eccentricity=place)
+            eccentricity = 0.2 * C, -0.3 * C
+            bearing = film(cl.ground, shaft, name, heat=heat, eccentricity=eccentricity)
             parts += [bearing, cl.Drive(shaft, speed=spin)]
         result = cl.simulate(cl.Scene(*parts), until=0.05, samples=51, rtol=1e-8)
         oils = sum(0.5 * (result.joint(n).oil_temperature - COLD) for n in "BC")
@@ -166,8 +166,8 @@ class TestBalance:
             held = stored + 2.0 * (result.node("housing").temperature - COLD)
             lost = result.energy.dissipated
             more = FIRST_LAW | {"relative": lost[-1]}
-            what = f"heat of oil and housing, share {share:g}"
-            validated(what, held, lost, 1e-6, unit="J", **more)
+            label = f"heat of oil and housing, share {share:g}"
+            validated(label, held, lost, 1e-6, unit="J", **more)
             results.append(stored[-1])
         assert results[1] < 0.98 * results[0], results
 

@@ -271,12 +271,12 @@ class TestRuns:
         ]
         table, fem = (r.joint("B") for r in runs)
         path, wanted = ((j.eccentricity @ [1.0, 1.0j]) / C for j in (fem, table))
-        what, more = "in a turn of the feeder, finite elements", TABLE
-        validated(f"path of the journal over c {what}", path, wanted, 1e-3, **more)
-        validated(f"gap {what}", fem.gap, table.gap, 3e-3, unit="m", **more | {"relative": True})
+        where, more = "in a turn of the feeder, finite elements", TABLE
+        validated(f"path of the journal over c {where}", path, wanted, 1e-3, **more)
+        validated(f"gap {where}", fem.gap, table.gap, 3e-3, unit="m", **more | {"relative": True})
         forces = [j.force @ [1.0, 1.0j] for j in (fem, table)]
         size = {"relative": np.abs(forces[1]).max(), "unit": "N"}
-        validated(f"joint force {what}", *forces, 3e-4, **more | size)
+        validated(f"joint force {where}", *forces, 3e-4, **more | size)
         solver = runs[1].solver
         assert solver["rejected"] < 0.1 * solver["steps"]
 
@@ -284,8 +284,8 @@ class TestRuns:
     def test_loaded_journal_by_elements(self, cavitation, validated):
         """1e-3 of the clearance (2e-5)."""
         table, fem = (path(film(cavitation=cavitation)) for film in (table_film, fem_film))
-        what = "eccentricity ratio of a loaded journal, finite elements"
-        validated(what, fem, table, 1e-3, **TABLE)
+        label = "eccentricity ratio of a loaded journal, finite elements"
+        validated(label, fem, table, 1e-3, **TABLE)
         assert np.hypot(*table).max() > 0.5
 
     @pytest.mark.parametrize(
@@ -436,8 +436,8 @@ class TestMemory:
     def test_without_its_memory_it_is_the_table(self, validated):
         """Swift-Stieber's film on the bearing's grid: 1e-3 of the clearance (3.2e-4)."""
         actual, table = path(conserving_film(memory=False)), path(table_film())
-        what = "eccentricity ratio of a loaded journal, film without memory"
-        validated(what, actual, table, 1e-3, **TABLE)
+        label = "eccentricity ratio of a loaded journal, film without memory"
+        validated(label, actual, table, 1e-3, **TABLE)
 
     def test_memory_matters_a_little_here(self):
         """The cavity is remembered: another path than the film that forgets, by 6e-3 of the
@@ -502,9 +502,9 @@ class TestMemory:
         two = cl.Body("two", 0.7, 1e-3, angular_velocity=spins[1])
         (a, b), sign = ((two, one), -1.0) if swapped else ((one, two), 1.0)
         oil = conserving_film(mesh=mesh)
-        place, rate = (0.5 * sign * C, -0.3 * sign * C), (1e-3 * sign, 0.0)
+        eccentricity, rate = (0.5 * sign * C, -0.3 * sign * C), (1e-3 * sign, 0.0)
         joint = film(
-            a.at(0, 0), b.at(0, 0), "J", film=oil, eccentricity=place, eccentricity_rate=rate
+            a.at(0, 0), b.at(0, 0), "J", film=oil, eccentricity=eccentricity, eccentricity_rate=rate
         )
         hold = cl.SpringDamper(cl.ground.at(1, 0), one, stiffness=1e-9)
         scene = cl.Scene(joint, hold, cl.Force(two, x=30.0, y=10.0), gravity=(0.0, 0.0))

@@ -158,9 +158,9 @@ def test_squeezed_rectangle():
 
 def test_error_of_the_table():
     """As the guide has it; a solver on finer grids decides."""
-    made = table.between(pad_table.PadKey(1.0))
-    assert made.error < 1.4e-3
-    assert made.error_median < 1e-5
+    film_table = table.between(pad_table.PadKey(1.0))
+    assert film_table.error < 1.4e-3
+    assert film_table.error_median < 1e-5
 
 
 WIDE = FACE._replace(width=100.0 * 2.0 * FACE.half_length)
@@ -295,7 +295,7 @@ def test_edges_touch_through_the_film(film, transition):
 def test_what_a_film_needs():
     """Missing lubricant, width and transition are named; a transition needs a film."""
     body = cl.Body("block", 0.1, 5e-5, points={"P": (0, 0)})
-    given = {
+    values = {
         "clearance": 1e-4,
         "overlap": 0.05,
         "height": 0.03,
@@ -308,6 +308,6 @@ def test_what_a_film_needs():
         ({"lubricant": cl.Lubricant(0.05), "width": 0.02}, "film needs a transition"),
     ):
         with pytest.raises(ValueError, match=f"joint g: {message}"):
-            cl.ClearancePrismatic(cl.ground, body["P"], film=cl.full_pad(), **given, **more)
+            cl.ClearancePrismatic(cl.ground, body["P"], film=cl.full_pad(), **values, **more)
     with pytest.raises(ValueError, match="joint g: transition superposed needs a film"):
-        cl.ClearancePrismatic(cl.ground, body["P"], transition=cl.superposed(), **given)
+        cl.ClearancePrismatic(cl.ground, body["P"], transition=cl.superposed(), **values)

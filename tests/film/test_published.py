@@ -68,8 +68,8 @@ def test_squeeze(solver, slenderness, validated):
         eps, way = abs(row["eps"]), math.copysign(1.0, row["eps"])
         if row["slenderness"] == slenderness and eps <= FAR[solver]:
             film = solve(solver, bearing(slenderness), eps, way, 0.0)
-            what = f"So of squeeze, L/D {slenderness:g}{solver}"
-            validated(what, sommerfeld(film), row["So"], 5e-3, **BUTENSCHOEN)
+            label = f"So of squeeze, L/D {slenderness:g}{solver}"
+            validated(label, sommerfeld(film), row["So"], 5e-3, **BUTENSCHOEN)
             assert abs(film.tangential) < 1e-9 * film.load
             assert film.radial * way < 0.0
 
@@ -100,9 +100,9 @@ def test_rotation(solver, slenderness, mesh, validated):
         for grids, source in (("", BUTENSCHOEN), ("_on_grids", GRIDS)):
             for name, value, bound in zip(("So", "attitude", "flow"), actual, bounds, strict=True):
                 unit = DEGREES if name == "attitude" else {}
-                what = f"{name} of rotation, L/D {slenderness:g}{solver}"
+                label = f"{name} of rotation, L/D {slenderness:g}{solver}"
                 if not math.isnan(row[name + grids]):
-                    validated(what, value, row[name + grids], bound, **unit, **source)
+                    validated(label, value, row[name + grids], bound, **unit, **source)
             bounds = 3e-3, 0.05, 1e-3
         assert math.sin(film.centre_of_pressure) > 0.0  # journal pressed the way it turns
 
@@ -185,15 +185,15 @@ def test_long(solver, kind, tolerance, degrees, validated):
                   mesh=(around, axial * k))
             for k in (1, 2)
         )  # fmt: skip
-        load, what = row[f"so_{name}"], f"long ({kind}){solver}"
+        load, label = row[f"so_{name}"], f"long ({kind}){solver}"
         share = 0.11 if kind == "mass_conserving" else 0.07
         assert sommerfeld(shorter) == pytest.approx(load, rel=share)
         radial, tangential = 2.0 * force(longer) - force(shorter)
         actual = 0.5 * math.hypot(radial, tangential)
-        validated(f"So, {what}", actual, load, tolerance, **SOMMERFELD)
+        validated(f"So, {label}", actual, load, tolerance, **SOMMERFELD)
         angle = math.degrees(math.atan2(tangential, -radial))
         wanted = row.get(f"attitude_{name}", 90.0)
-        validated(f"attitude, {what}", angle, wanted, degrees, **DEGREES, **SOMMERFELD)
+        validated(f"attitude, {label}", angle, wanted, degrees, **DEGREES, **SOMMERFELD)
 
 
 @pytest.mark.parametrize("solver", [FAST, ELEMENTS])
@@ -204,7 +204,7 @@ def test_short(solver, validated):
     leaves: 2 L/D eps, 0.1 % at L/D 0.05.
     """
     motions = {"rotation": (0.0, 1.0), "closing": (1.0, 0.0), "opening": (-1.0, 0.0)}
-    what, mesh = f"short{solver}", (128 if solver == FAST else 64, 8)
+    label, mesh = f"short{solver}", (128 if solver == FAST else 64, 8)
     for row in rows("short"):
         eps, lengths = row["eps"], (0.05, 0.025)
         if eps > 0.9:
@@ -217,11 +217,11 @@ def test_short(solver, validated):
             long, short = (sommerfeld(f) / x**2 for f, x in zip(films, lengths, strict=True))
             bound = 4e-4 if eps > 0.8 else 1e-4
             actual = (4.0 * short - long) / 3.0
-            validated(f"So / (L/D)^2, {what}", actual, row[name], bound, **OCVIRK)
+            validated(f"So / (L/D)^2, {label}", actual, row[name], bound, **OCVIRK)
             assert long == pytest.approx(row[name], rel=0.03)
             if name == "rotation":
                 long, short = (math.degrees(f.attitude_angle) for f in films)
                 angle = (4.0 * short - long) / 3.0
-                validated(f"attitude, {what}", angle, row["attitude"], 5e-3, **DEGREES, **OCVIRK)
+                validated(f"attitude, {label}", angle, row["attitude"], 5e-3, **DEGREES, **OCVIRK)
                 flow, leaves = films[0].side_flow, 2.0 * lengths[0] * eps * C * R * R
-                validated(f"side flow, {what}", flow, leaves, 1e-3, unit="m3/s", **OCVIRK)
+                validated(f"side flow, {label}", flow, leaves, 1e-3, unit="m3/s", **OCVIRK)

@@ -103,12 +103,12 @@ def test_slopes(tiny):
     """Exact: those of the film's place against differences, 1e-5 of the largest."""
     rough, rng = Rough(tiny, 0.02, 0.1), np.random.default_rng(2)
     beside = (*rough.joint, *rough.summits[1:], 0.0, *rough.film.numbers[1:])
-    place, exact = (evaluated(f) for f in (rough.behind, rough.behind.slopes((0, 1, 2))))
+    layer, exact = (evaluated(f) for f in (rough.behind, rough.behind.slopes((0, 1, 2))))
     for _ in range(10):
         state = np.array([rng.uniform(0.9, 1.2), *10.0 ** rng.uniform(-5.0, -3.0, 2)])
         actual = np.array(exact(*state, *beside, par=rough.data)[2:]).reshape(2, 3)[0]
         wanted = slopes(
-            lambda *s: np.array(place(*s, *beside, par=rough.data)[:1]), state, 1e-5 * state
+            lambda *s: np.array(layer(*s, *beside, par=rough.data)[:1]), state, 1e-5 * state
         )[0]
         assert np.abs((actual - wanted) * state).max() < 1e-5 * np.abs(wanted * state).max()
 

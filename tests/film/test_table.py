@@ -344,9 +344,9 @@ class TestNearContact:
         limit = 12.0 * math.pi / 2.0**1.5 * UNIT
         assert beyond == sorted(beyond)
         assert beyond[0] == pytest.approx(0.96 * limit, rel=0.01)
-        what = "closing force times gap^1.5 at contact, film table"
+        label = "closing force times gap^1.5 at contact, film table"
         source = {"source": "squeeze of a parabolic gap", "kind": "exact"}
-        validated(what, beyond[-1], limit, 5e-3, unit="N", **source)
+        validated(label, beyond[-1], limit, 5e-3, unit="N", **source)
 
     @pytest.mark.parametrize("slenderness", [0.5, 1.0])
     @pytest.mark.parametrize("rate", [1.0, 0.0, -1.0])
@@ -641,8 +641,8 @@ class TestStore:
         }
         if damage in numbers:
             with open(path, "wb") as file:  # short: complete in itself, but not a table of this key
-                made = replace(built, numbers=numbers["short"]) if damage == "short" else built
-                sound = tables.digest(TINY, made)
+                stored = replace(built, numbers=numbers["short"]) if damage == "short" else built
+                sound = tables.digest(TINY, stored)
                 np.savez(file, numbers=numbers[damage], errors=built.errors, digest=sound)
         else:
             tables.table(other)

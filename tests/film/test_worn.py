@@ -61,8 +61,8 @@ def test_rows(row):
     if "=" in motion:
         spin, vx, vy = (float(v) for v in re.findall(r"-?[\d.]+", motion))
     else:
-        given = dict(part.split() for part in [motion])
-        spin, vx, vy = (float(given.get(n, 0.0)) for n in ("spin", "vx", "vy"))
+        rates = dict(part.split() for part in [motion])
+        spin, vx, vy = (float(rates.get(n, 0.0)) for n in ("spin", "vx", "vy"))
     solver, unit = of_row(row["case"], float(depth))
     x, y = (float(eps) * f(math.radians(float(angle))) for f in (math.cos, math.sin))
     fx, fy = solver.trial(x, y, vx, vy, spin, 0.0)[:2, 0] / unit
@@ -73,10 +73,10 @@ def test_rows(row):
 def test_linear_and_symmetric():
     """A full film is linear in (vx, vy, spin); its damping is symmetric (1e-9 of the largest)."""
     solver, _ = film(0.5, True, outline=scar(0.3))
-    place = 0.5, 0.3
+    journal = 0.5, 0.3
 
     def force(vx, vy, spin):
-        return solver.trial(*place, vx, vy, spin, 0.0)[:2, 0].copy()
+        return solver.trial(*journal, vx, vy, spin, 0.0)[:2, 0].copy()
 
     units = [force(*row) for row in np.eye(3)]
     size = np.abs(units).max()

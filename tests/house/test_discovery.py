@@ -109,15 +109,15 @@ def test_signatures_of_any_law():
         law = cl.friction(**dict.fromkeys(of_joint, check))(scope["mine"])
         signature = inspect.signature(law)
         for _ in range(5):
-            given = {n: draw.uniform(0.1, 9.0) for n in draw.sample(names, draw.randint(0, 4))}
+            passed = {n: draw.uniform(0.1, 9.0) for n in draw.sample(names, draw.randint(0, 4))}
             try:
-                bound = signature.bind(**given)
+                bound = signature.bind(**passed)
             except TypeError:
                 with pytest.raises(TypeError):
-                    law(**given)
+                    law(**passed)
                 continue
             bound.apply_defaults()
-            assert law(**given).values == bound.arguments == law(**bound.arguments).values
+            assert law(**passed).values == bound.arguments == law(**bound.arguments).values
 
 
 @pytest.mark.parametrize("name", PARTS)
@@ -129,11 +129,11 @@ def test_users6_required_fields_have_no_default(name):
     assert needed == [f.name for f in fields(part) if f.default is f.default_factory is MISSING]
     draw = random.Random(name)
     for _ in range(10):
-        given = draw.sample(needed, draw.randint(0, len(needed) - 1))
-        missing = ", ".join(n for n in needed if n not in given)
-        label = f"{name} J" if "name" in given else name
+        present = draw.sample(needed, draw.randint(0, len(needed) - 1))
+        missing = ", ".join(n for n in needed if n not in present)
+        label = f"{name} J" if "name" in present else name
         with pytest.raises(TypeError, match=f"^{label} needs {missing}$"):
-            part(**dict.fromkeys(given, "J"))
+            part(**dict.fromkeys(present, "J"))
 
 
 def test_a_missing_clearance_is_named():

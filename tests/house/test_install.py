@@ -130,22 +130,22 @@ def installed(tmp_path_factory) -> Installed:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("place", ["checkout", "elsewhere", "path", "editable"])
-def test_all_modules_are_those_of_one_place(installed, tmp_path, place):
+@pytest.mark.parametrize("origin", ["checkout", "elsewhere", "path", "editable"])
+def test_all_modules_are_those_of_one_place(installed, tmp_path, origin):
     """In the checkout those of the checkout, elsewhere the installed ones: all of either, or none.
 
     A checkout on PYTHONPATH comes first, also before another one that is installed editable.
     """
     wanted = modules()
-    if place == "editable":
+    if origin == "editable":
         environment = os.environ | {"PYTHONPATH": str(installed.root)}
         command = [sys.executable, "-c", WHERE, *wanted]
         actual = subprocess.check_output(command, cwd=tmp_path, env=environment, text=True)
     else:
-        folder = installed.root if place == "checkout" else tmp_path
-        path = installed.root if place == "path" else None
+        folder = installed.root if origin == "checkout" else tmp_path
+        path = installed.root if origin == "path" else None
         actual = installed.run(WHERE, *wanted, folder=folder, path=path)
-    if place == "elsewhere":
+    if origin == "elsewhere":
         base = installed.package.parent
         names = {n: base / (n.replace(".", "/") + ".py") for n in wanted}
         names |= {

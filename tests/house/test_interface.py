@@ -108,12 +108,12 @@ def test_contacts_take_what_the_joint_determines(name):
     """
     law = getattr(laws, name)
     free = {"restitution": 0.9, "dissipation": 0.1, "damping": 5.0}
-    given = {n: free[n] for n in free if n in law.given}
+    values = {n: free[n] for n in free if n in law.given}
     if name == "kelvin_voigt":  # its stiffness [N/m] follows from no joint
         with pytest.raises(TypeError, match="missing stiffness"):
-            law(**given)
+            law(**values)
         return
-    actual = pin(law(**given), length=0.02).contact
+    actual = pin(law(**values), length=0.02).contact
     assert None not in actual.numbers
     reference = {
         "stiffness": cl.hertz_stiffness(0.01, 1e-4),
@@ -123,7 +123,7 @@ def test_contacts_take_what_the_joint_determines(name):
         "radius": 0.01,
         "radius_difference": 1e-4,
     }
-    entire = law(**given, **{n: v for n, v in reference.items() if n in law.given})
+    entire = law(**values, **{n: v for n, v in reference.items() if n in law.given})
     assert actual == entire
     assert actual(1e-6, 0.01, 0.1) == entire(1e-6, 0.01, 0.1) > 0.0
 
@@ -548,8 +548,8 @@ def journal_B(**parameters):
 def test_laws_with_parameters_as_words():
     """Parameters in a word are those of the law; all others are those of the plain name."""
     plain = journal_B(model="dry", contact="impact").contact.parameters
-    given = journal_B(model="dry", contact="impact(damping=440, depth=1.5e-6)").contact.parameters
-    assert given == plain | {"damping": 440.0, "depth": 1.5e-6}
+    actual = journal_B(model="dry", contact="impact(damping=440, depth=1.5e-6)").contact.parameters
+    assert actual == plain | {"damping": 440.0, "depth": 1.5e-6}
     joint = journal_B(
         model="mixed",
         transition="fuzzy(squeeze=0,datum=3)",

@@ -46,14 +46,14 @@ def test_AVX2_takes_effect(tmp_path):
     """No register of AVX-512 in a kernel, a function of numba and lanes, and none of its loops;
     products are summed in one operation where the processor can.
     """
-    made = instructions("AVX2", tmp_path)
-    for words in made["code"].values():
+    report = instructions("AVX2", tmp_path)
+    for words in report["code"].values():
         assert not numbers(words, "zmm") | numbers(words, "k")
         assert max(numbers(words, "xmm") | numbers(words, "ymm")) < 16
         assert any("fmadd" in w for w in words) == ("fma" in HOST)
-    assert made["lanes"] == (4 if {"avx2", "fma"} <= HOST else 1)
-    assert {*made["kernels"]} <= {"Haswell"}
-    assert not {"X86_V4", "AVX512_SKX", "AVX512_ICL", "AVX512_SPR"} & {*made["loops"]}
+    assert report["lanes"] == (4 if {"avx2", "fma"} <= HOST else 1)
+    assert {*report["kernels"]} <= {"Haswell"}
+    assert not {"X86_V4", "AVX512_SKX", "AVX512_ICL", "AVX512_SPR"} & {*report["loops"]}
 
 
 @of_x86
@@ -62,18 +62,18 @@ def test_SSE2_takes_effect(tmp_path):
     """Instructions of SSE2 alone, one lane, kernels of OpenBLAS for processors without more, no
     loops of numpy but those that each processor gets; the C library rounds otherwise than with FMA.
     """
-    made = instructions("SSE2", tmp_path)
-    for words in made["code"].values():
+    report = instructions("SSE2", tmp_path)
+    for words in report["code"].values():
         assert numbers(words, "xmm") <= {*range(16)}
         assert "mulsd" in words
         assert "fma" not in words  # twenty times as slow as the C library's sine
         later = ("v", "%y", "%z", "%k", "hadd", "round", "blend", "pshufb", "ptest", "popcnt")
         assert not [w for w in words if w.startswith(later)]
-    assert made["lanes"] == 1
-    assert {*made["kernels"]} <= {"Prescott", "Katmai"}
-    assert not {"X86_V3", "X86_V4", "AVX512_SKX", "AVX512_ICL", "AVX512_SPR"} & {*made["loops"]}
+    assert report["lanes"] == 1
+    assert {*report["kernels"]} <= {"Prescott", "Katmai"}
+    assert not {"X86_V3", "X86_V4", "AVX512_SKX", "AVX512_ICL", "AVX512_SPR"} & {*report["loops"]}
     if platform.libc_ver()[0] == "glibc" and "fma" in HOST:
-        assert made["rounding"] != rounding_here()
+        assert report["rounding"] != rounding_here()
 
 
 def rounding_here():

@@ -100,7 +100,7 @@ def late(trials, shift: float) -> Measurement:
     """Torque `shift` samples of 1 ms after its rate, made with 20 steps a sample, and 0.01 N m of
     noise.
     """
-    fine, made = 20, []
+    fine, delayed = 20, []
     for trial in trials:
         time = np.arange(trial.samples * fine) / fine
         rate = np.column_stack(
@@ -112,9 +112,9 @@ def late(trials, shift: float) -> Measurement:
         torque = np.column_stack([np.interp(time - shift, time, entire[:, i]) for i in range(3)])[
             ::fine
         ]
-        noise = 0.01 * np.random.default_rng(len(made)).standard_normal(torque.shape)
-        made.append(dataclasses.replace(trial, torque=torque + noise))
-    return Measurement(tuple(made))
+        noise = 0.01 * np.random.default_rng(len(delayed)).standard_normal(torque.shape)
+        delayed.append(dataclasses.replace(trial, torque=torque + noise))
+    return Measurement(tuple(delayed))
 
 
 @pytest.mark.parametrize("shift", [0.5, -0.5])

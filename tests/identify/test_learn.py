@@ -237,8 +237,8 @@ def test_values_that_cannot_be():
         model.array({"a": 1.0})
 
 
-@pytest.mark.parametrize(("scale", "what"), [((0.0, 1.0), "motion"), ((1.0, 0.0), "torque")])
-def test_trials_that_teach_nothing(measurement, scale, what):
+@pytest.mark.parametrize(("scale", "quantity"), [((0.0, 1.0), "motion"), ((1.0, 0.0), "torque")])
+def test_trials_that_teach_nothing(measurement, scale, quantity):
     """Trials without motion, and those without torque, are refused."""
     trial = measurement.named("spin")
     flat = Trial(
@@ -250,7 +250,7 @@ def test_trials_that_teach_nothing(measurement, scale, what):
         scale[0] * trial.rate,
         scale[1] * trial.torque,
     )
-    with pytest.raises(ValueError, match=f"trials without {what}"):
+    with pytest.raises(ValueError, match=f"trials without {quantity}"):
         models.model("lstm", **TINY).estimate([flat])
 
 

@@ -172,8 +172,8 @@ def test_break_away_at_constant_rate_is_an_exponential_from_the_presliding_stiff
     kinetic, static, scale, stiffness, damping, viscous = per_axis
     model, t = lugre1d(), spinning(np.full(60, rate))
     g = kinetic + (static - kinetic) * math.exp(-((rate / scale) ** 2))
-    left = np.exp(-stiffness * t.angle[:, 2] / g)
-    wanted = g * (1.0 - left) + damping * rate * left + viscous * rate
+    rest = np.exp(-stiffness * t.angle[:, 2] / g)
+    wanted = g * (1.0 - rest) + damping * rate * rest + viscous * rate
     actual = model.torque(np.array(per_axis + per_axis), t)[:, 2]
     assert np.abs(actual - wanted).max() <= 1e-12 * (g + (damping + viscous) * rate)
     state, angle = model.start(), 1e-9
@@ -196,10 +196,10 @@ def test_dahls_loop(torque, stiffness, amplitude, samples):
         actual[n] = model.step(values, state, [0.0, w, 0.0], 1e-3)[1]
     last, turn = actual[-2 * samples :], torque * math.tanh(stiffness * amplitude / torque)
     # of the start, fourteen strokes ago
-    left = 2.0 * math.exp(-14.0 * stiffness * 2.0 * amplitude / torque)
-    assert last[-1] == pytest.approx(turn, rel=1e-9, abs=left * torque)
+    rest = 2.0 * math.exp(-14.0 * stiffness * 2.0 * amplitude / torque)
+    assert last[-1] == pytest.approx(turn, rel=1e-9, abs=rest * torque)
     going = -torque + (turn + torque) * np.exp(-stiffness * (amplitude - x[1:]) / torque)
-    np.testing.assert_allclose(last[:samples], going, rtol=1e-9, atol=1e-9 * torque + left * torque)
+    np.testing.assert_allclose(last[:samples], going, rtol=1e-9, atol=1e-9 * torque + rest * torque)
 
 
 @pytest.mark.parametrize(
@@ -676,7 +676,7 @@ def test_bad_input_is_named(make, wanted):
 
 def test_models_come_back_from_their_options():
     """Name and options make the same parameters and layout again, for every variant."""
-    for made in VARIANTS.values():
-        again = models.model(made.name, **made.options)
-        assert again.parameters == made.parameters
-        assert again.layout == made.layout
+    for variant in VARIANTS.values():
+        again = models.model(variant.name, **variant.options)
+        assert again.parameters == variant.parameters
+        assert again.layout == variant.layout

@@ -374,11 +374,11 @@ def test_a_mistake_in_a_function_is_one_line(tmp_path, capsys):
         tmp_path / "later.py",
         low.replace("return level", "return (level if level < 0.5 else leve)"),
     )
-    for path, place in (
+    for path, line in (
         (first, "line 5, in facts: KeyError: pre load"),
         (later, "line 6, in hard: NameError"),
     ):
         assert main(["identify", "--model", path, "--data", str(tmp_path / "bench.h5")]) == 2
         answer = capsys.readouterr().err
-        assert answer.startswith(f"clearance: model hard: {path}, {place}")
+        assert answer.startswith(f"clearance: model hard: {path}, {line}")
         assert answer.count("\n") == 1

@@ -38,10 +38,10 @@ def test_kernels(name, width):
         program, count = mechanism.structure.programs[role], sizes(mechanism)[role]
         module = new_module()
         lane_kernels.write(module, "kernel", program, width)
-        made = Code(module)
+        machine_code = Code(module)
         together = np.zeros((count, width))
         arrays = (times, states.T.copy(), par, np.tile(work[:, None], width), together, data)
-        callable_at(made.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
+        callable_at(machine_code.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
         for lane in range(width):
             alone = np.zeros(count)
             mechanism.kernel(role)(times[lane], states[lane], mechanism.par, work.copy(), alone)
@@ -64,12 +64,12 @@ def test_machine_code_stays_in_the_store(tmp_path, monkeypatch):
     for width in (4, 4, 2):
         module = new_module()
         lane_kernels.write(module, "kernel", mechanism.structure.programs["rhs"], width)
-        made, out = Code(module), np.zeros((sizes(mechanism)["rhs"], width))
+        machine_code, out = Code(module), np.zeros((sizes(mechanism)["rhs"], width))
         numbers = mechanism.par, np.append(mechanism.work0, 0.0)
         par, work = (np.tile(a[:, None], width) for a in numbers)
         y, data = np.tile(state[:, None], width), np.append(mechanism.par, np.zeros(8))
         arrays = (np.zeros(width), y, par, work, out, data)
-        callable_at(made.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
+        callable_at(machine_code.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
         results.append(out)
     assert len(compiled) == 2
     np.testing.assert_array_equal(results[0], results[1])
@@ -82,7 +82,7 @@ def grouped(*, restitution=0.8, table=1.0, film=False, factor=1.0, width=2, part
     mechanism = build(cl.load_case("slider_crank", **options))
     head = len(mechanism.layout.parameters) + mechanism.layout.derived
     mechanism.par[head:] *= table
-    value = partial(lambda c, p, row, given, numbers: c * row[0], factor)
+    value = partial(lambda c, p, row, shared, numbers: c * row[0], factor)
     kinds = {n: watched.pop(n) for n in ("stepped", "mean") if n in watched}
     tracks, channel = watched.pop("tracks", ()), watched.pop("channel", 0)
     quantity = Quantity(0, **{"paired": False, "sign": 1.0} | watched)
@@ -123,14 +123,14 @@ def test_shared_numbers(role):
     """
     mechanism, width = build(FEEDER), 4
     layout, structure = mechanism.layout, mechanism.structure
-    varying, given = layout.parameters["joints/B/clearance"], len(layout.parameters)
-    tables = given + layout.derived
-    shared = sorted(set(range(given)) - {varying})
+    varying, head = layout.parameters["joints/B/clearance"], len(layout.parameters)
+    tables = head + layout.derived
+    shared = sorted(set(range(head)) - {varying})
     folding = Folding(mechanism.par, shared, list(range(tables, len(mechanism.par))))
     program, module = folding.program(structure.programs[role]), new_module()
     assert program.operations < structure.programs[role].operations
     lane_kernels.write(module, "kernel", program, width)
-    made, count = Code(module), sizes(mechanism)[role]
+    machine_code, count = Code(module), sizes(mechanism)[role]
     pars = np.tile(mechanism.par, (width, 1))
     pars[:, varying] *= np.linspace(0.8, 1.5, width)
     for par in pars:
@@ -140,7 +140,7 @@ def test_shared_numbers(role):
     together, data = np.zeros((count, width)), np.append(mechanism.par, np.zeros(8))
     columns = pars[:, :tables].T.copy()
     arrays = (times, states.T.copy(), columns, np.tile(work[:, None], width), together, data)
-    callable_at(made.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
+    callable_at(machine_code.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
     for lane in range(width):
         alone = np.zeros(count)
         mechanism.kernel(role)(times[lane], states[lane], pars[lane], work.copy(), alone)

@@ -565,8 +565,8 @@ class TestFilms:
         film, h = FILMS[name](), 1e-5 * w * eps
         rest = np.array(film(eps, 0.0, w, JOINT))
         right = (np.array(film(eps, h, w, JOINT)) - rest) / h
-        left = (rest - np.array(film(eps, -h, w, JOINT))) / h
-        assert right == pytest.approx(left, abs=0.02 * np.hypot(*right))
+        behind = (rest - np.array(film(eps, -h, w, JOINT))) / h
+        assert right == pytest.approx(behind, abs=0.02 * np.hypot(*right))
 
     @pytest.mark.parametrize("name", FILMS)
     @given(eps=st.floats(0.0, 1.5), rate=st.floats(-1e4, 1e4))
@@ -796,8 +796,8 @@ class TestTransitions:
         h, gap = 1e-6 * JOINT.roughness, ratio * JOINT.roughness
         here = np.array(law(gap, JOINT))
         right = (np.array(law(gap + h, JOINT)) - here) / h * JOINT.roughness
-        left = (here - np.array(law(gap - h, JOINT))) / h * JOINT.roughness
-        assert np.abs(right - left).max() < 1e-4
+        behind = (here - np.array(law(gap - h, JOINT))) / h * JOINT.roughness
+        assert np.abs(right - behind).max() < 1e-4
 
     def test_full_film_and_dry_limits_are_exact(self):
         """Fuzzy: the film alone from the upper threshold on; contact alone up to the lower one.

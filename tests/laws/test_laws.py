@@ -98,8 +98,8 @@ class TestHuntCrossley:
         law = laws.hunt_crossley_memoryless(stiffness=1e6, dissipation=alpha)
         actual = delivered_restitution(law, speed=speed)
         allowed, source = (alpha * speed) ** 2 + 2e-5, "Hunt and Crossley 1975, 1 - alpha v"
-        what = f"restitution at {speed:g} m/s"
-        validated(what, actual, 1.0 - alpha * speed, allowed, source=source, relative=False)
+        label = f"restitution at {speed:g} m/s"
+        validated(label, actual, 1.0 - alpha * speed, allowed, source=source, relative=False)
         assert actual == pytest.approx(delivered_by(1.5 * alpha * speed), abs=1e-4)
 
     @given(st.floats(-1e-3, 1e-3), st.floats(-100, 100), st.floats(0, 100), st.floats(0, 1))

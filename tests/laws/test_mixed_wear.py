@@ -37,11 +37,11 @@ SHORT = FilmJoint(radius=0.01, clearance=CLEARANCE, length=0.005, viscosity=0.02
 UNIT = SHORT.viscosity * (SHORT.radius / SHORT.clearance) ** 2 * SHORT.radius * SHORT.length
 
 
-def check_slopes(function, actual, place, steps, *others):
+def check_slopes(function, actual, position, steps, *others):
     """Exact derivatives against central differences (1e-6 of the largest of a column)."""
-    count = len(function(*place, *others))
-    assert tuple(actual[:count]) == pytest.approx(function(*place, *others), rel=1e-12)
-    expected = slopes(lambda *at: function(*at, *others), place, steps)
+    count = len(function(*position, *others))
+    assert tuple(actual[:count]) == pytest.approx(function(*position, *others), rel=1e-12)
+    expected = slopes(lambda *at: function(*at, *others), position, steps)
     off = np.abs(np.array(actual[count:]).reshape(expected.shape) - expected)
     assert (off <= 1e-6 * np.abs(expected).max(axis=0) + 1e-12).all()
 
@@ -70,21 +70,21 @@ class TestAsperities:
         """Exact slopes on two worn surfaces; the stiffness is symmetric, for one energy is
         behind.
         """
-        place, others = np.array([118e-6, 30e-6, 0.37]), (0, ROUGH, WAVY, 0.0)
-        actual = pressed_slopes(*place, *others)
+        position, others = np.array([118e-6, 30e-6, 0.37]), (0, ROUGH, WAVY, 0.0)
+        actual = pressed_slopes(*position, *others)
         assert actual[2] > 0.0
-        check_slopes(pressed, actual, place, (1e-11, 1e-11, 1e-6), *others)
+        check_slopes(pressed, actual, position, (1e-11, 1e-11, 1e-6), *others)
         matrix = np.array([actual[4:7], actual[7:10], actual[13:16]])
         assert matrix == pytest.approx(matrix.T, rel=1e-12)
 
 
-def film_in_scar(depth, at, way, left, motion):
-    """Error of the short film's force over its load; left: of the way to the wall."""
+def film_in_scar(depth, at, way, share, motion):
+    """Error of the short film's force over its load; share: of the way to the wall."""
     fine = np.linspace(0.0, 2.0 * math.pi, 72_000, endpoint=False)
     c, s = np.cos(fine), np.sin(fine)
     worn = np.maximum((1.0 + depth) * np.cos(fine - at) - 1.0, 0.0)
     along = np.maximum(np.cos(fine - way), 1e-9)
-    e = (1.0 - left) * ((1.0 + worn) / along).min()
+    e = (1.0 - share) * ((1.0 + worn) / along).min()
     x, y = e * math.cos(way), e * math.sin(way)
     bearing = CLEARANCE * np.maximum((1.0 + depth) * np.cos(THETA - at) - 1.0, 0.0)
     actual = short_on_outlines(x, y, *motion, 0.0, 0.0, 0.0, SHORT, data(bearing), 0.0)[:2]
@@ -106,11 +106,11 @@ class TestShortFilm:
         rng, thin = np.random.default_rng(3), []
         for _ in range(100):
             depth, at = 10.0 ** rng.uniform(-1.5, 0.0), rng.uniform(0.0, 2.0 * math.pi)
-            way, left = at + rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-2.0, -0.3)
+            way, share = at + rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-2.0, -0.3)
             motion = (*(0.3 * rng.normal(size=2)), rng.normal())
-            error = film_in_scar(depth, at, way, left, motion)
-            thin += [error] if left < 0.05 else []
-            assert left < 0.05 or error < 2e-3
+            error = film_in_scar(depth, at, way, share, motion)
+            thin += [error] if share < 0.05 else []
+            assert share < 0.05 or error < 2e-3
         assert np.quantile(thin, 0.9) < 1e-2
 
     def test_edges(self):
@@ -130,18 +130,18 @@ class TestShortFilm:
 
     def test_smooth_outlines(self):
         """Smooth outlines on both surfaces: the integral over 7200 angles, within 1e-4."""
-        turned, place, motion = 0.4, (0.5, 0.3), (0.2, -0.1, 1.0)
+        turned, position, motion = 0.4, (0.5, 0.3), (0.2, -0.1, 1.0)
         wave, ripple = (
             (lambda t: 0.1 * (1.0 + np.cos(t - 1.0))),
             (lambda t: 0.05 * np.sin(2 * t) ** 2),
         )
         numbers = data(CLEARANCE * wave(THETA), CLEARANCE * ripple(THETA))
-        actual = short_on_outlines(*place, *motion, turned, 0.0, 0.0, SHORT, numbers, 0.0)
+        actual = short_on_outlines(*position, *motion, turned, 0.0, 0.0, SHORT, numbers, 0.0)
         fine = np.linspace(0.0, 2.0 * math.pi, 7200, endpoint=False)
         c, s, ours = np.cos(fine), np.sin(fine), fine - turned
-        gap = 1.0 - place[0] * c - place[1] * s + wave(fine) + ripple(ours)
+        gap = 1.0 - position[0] * c - position[1] * s + wave(fine) + ripple(ours)
         slopes = -0.1 * np.sin(fine - 1.0) - 0.1 * np.sin(4.0 * ours)
-        drag = 6.0 * motion[2] * (place[0] * s - place[1] * c + slopes)
+        drag = 6.0 * motion[2] * (position[0] * s - position[1] * c + slopes)
         source = drag - 12.0 * (motion[0] * c + motion[1] * s)
         pressure = np.where(source < 0.0, source / gap**3, 0.0)
         share = UNIT * (SHORT.length / SHORT.radius) ** 2 / 12.0 * 2.0 * math.pi / fine.size
@@ -152,24 +152,24 @@ class TestShortFilm:
         """The closed form of the short bearing, within 1e-4."""
         closing, turning, spin, eps = 0.1, 0.3, 1.0, 0.8
         expected = cl.laws.short_film()(eps, closing, spin - 2.0 * turning, SHORT)
-        place = eps, 0.0, closing, eps * turning, spin
-        actual = short_on_outlines(*place, 0.0, 0.0, 0.0, SHORT, data(), 0.0)
+        state = eps, 0.0, closing, eps * turning, spin
+        actual = short_on_outlines(*state, 0.0, 0.0, 0.0, SHORT, data(), 0.0)
         assert actual[:2] == pytest.approx(expected, rel=1e-4)
 
     def test_slopes(self):
         """Exact by place, rates, spin, angle and lift; squeezing is symmetric."""
-        place, others = np.array([0.5, 0.3, 0.2, -0.1, 1.0, 0.37, 0.01, 0.05]), (SHORT, WAVY, 0.0)
-        actual = short_slopes(*place, *others)
-        check_slopes(short_on_outlines, actual, place, [1e-6] * 8, *others)
+        state, others = np.array([0.5, 0.3, 0.2, -0.1, 1.0, 0.37, 0.01, 0.05]), (SHORT, WAVY, 0.0)
+        actual = short_slopes(*state, *others)
+        check_slopes(short_on_outlines, actual, state, [1e-6] * 8, *others)
         assert actual[3 + 3] == pytest.approx(actual[3 + 8 + 2], rel=1e-12)
 
     def test_lift_is_a_larger_clearance(self):
         """A gap lifted all around is that of uniform wear, to rounding."""
-        place = 0.5, 0.3, 0.2, -0.1, 1.0, 0.37
-        lifted = short_on_outlines(*place, 0.2, 0.0, SHORT, data(), 0.0)
+        state = 0.5, 0.3, 0.2, -0.1, 1.0, 0.37
+        lifted = short_on_outlines(*state, 0.2, 0.0, SHORT, data(), 0.0)
         even = data(np.full(NODES, 0.2 * CLEARANCE))
         assert lifted == pytest.approx(
-            short_on_outlines(*place, 0.0, 0.0, SHORT, even, 0.0), rel=1e-9
+            short_on_outlines(*state, 0.0, 0.0, SHORT, even, 0.0), rel=1e-9
         )
 
 

@@ -63,23 +63,23 @@ class TestContact:
             assert moment == 0.0
             assert deepest(x, y, 0.0, JOINT, data(), 0.0)[0] == pytest.approx(penetration, rel=1e-4)
 
-    @pytest.mark.parametrize("place", PLACES)
-    def test_slopes(self, place):
+    @pytest.mark.parametrize("position", PLACES)
+    def test_slopes(self, position):
         """Exact derivatives against central differences (1e-6 of the largest of a row)."""
-        place = np.array(place)
-        actual = np.array(touching_slopes(*place, JOINT, WAVY, 0.0))
-        assert tuple(actual[:4]) == touching(*place, JOINT, WAVY, 0.0)
+        position = np.array(position)
+        actual = np.array(touching_slopes(*position, JOINT, WAVY, 0.0))
+        assert tuple(actual[:4]) == touching(*position, JOINT, WAVY, 0.0)
         slope = actual[4:].reshape(4, 3)
         steps = 1e-11, 1e-11, 1e-6
-        wanted = slopes(lambda *at: touching(*at, JOINT, WAVY, 0.0), place, steps)
+        wanted = slopes(lambda *at: touching(*at, JOINT, WAVY, 0.0), position, steps)
         assert slope == pytest.approx(wanted, rel=1e-6, abs=1e-6 * abs(slope).max())
 
-    @pytest.mark.parametrize("place", PLACES)
-    def test_one_energy(self, place):
+    @pytest.mark.parametrize("position", PLACES)
+    def test_one_energy(self, position):
         """The stiffness is symmetric: force and moment derive from one energy, and no turn gains
         any.
         """
-        f = np.array(touching_slopes(*place, JOINT, WAVY, 0.0))
+        f = np.array(touching_slopes(*position, JOINT, WAVY, 0.0))
         matrix = np.array([f[4:7], f[7:10], f[13:16]])
         assert matrix == pytest.approx(matrix.T, rel=1e-12)
 
@@ -195,9 +195,9 @@ class TestJoint:
         depths = {"bearing": tuple(scar(20e-6)), "journal": tuple(np.roll(scar(5e-6), 90))}
         mechanism = build(slider_crank(outline=worn(**depths)))
         size, y = mechanism.size, mechanism.y0.copy()
-        place = next(iter(mechanism.places.values()))
-        y[place : place + 2] = 5.1e-4, 0.3e-4
-        y[size // 2 + place : size // 2 + place + 2] = 0.02, -0.01
+        index = next(iter(mechanism.places.values()))
+        y[index : index + 2] = 5.1e-4, 0.3e-4
+        y[size // 2 + index : size // 2 + index + 2] = 0.02, -0.01
         work = mechanism.work0.copy()
         work[0] = 0.5
         assert jacobian_error(mechanism, y, 0.01, work, compiled=True) < 1e-5

@@ -29,8 +29,8 @@ promised = pytest.mark.skipif(not store.FUSES, reason="the promise is for proces
 def digests(name, folder):
     """Digests of runs in a process of a setting; lanes are four wide."""
     lanes = {"CLEARANCE_LANES": "4"} | settings()[name]
-    made = python("-m", "tests.bits", *ALL, cwd=ROOT, env=environment(lanes, folder))
-    return json.loads(made.stdout)
+    process = python("-m", "tests.bits", *ALL, cwd=ROOT, env=environment(lanes, folder))
+    return json.loads(process.stdout)
 
 
 @cache

@@ -195,10 +195,10 @@ def test_unused_machine_code_is_deleted(tmp_path, monkeypatch):
     monkeypatch.setenv("CLEARANCE_STORE", str(tmp_path))
     monkeypatch.setattr(store.MachineCode, "_loaded", {})
 
-    def made(name):
+    def compiled(name):
         store.Kernel(lambda builder, arguments: None, name)
 
-    made("one"), made("two")
+    compiled("one"), compiled("two")
     used, unused = (store.file_of(f"kernel_{store.digest_of(n)}") for n in ("one", "two"))
     film = tmp_path / "clearance_film_0.npz"
     film.touch()
@@ -206,8 +206,8 @@ def test_unused_machine_code_is_deleted(tmp_path, monkeypatch):
         os.utime(path, (0, 0))
     store.MachineCode._loaded.clear()  # as in a later process
     store.delete_unused.cache_clear()
-    made("one")
-    made("three")
+    compiled("one")
+    compiled("three")
     assert used.exists()
     assert film.exists()
     assert not unused.exists()

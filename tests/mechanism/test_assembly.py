@@ -40,7 +40,7 @@ def engine(order, *loads, angle=0.4):
 
 def pose(scene):
     """Poses of the start by the bodies' names."""
-    return {body.name: place for body, place in assemble(scene).pose.items()}
+    return {body.name: position for body, position in assemble(scene).pose.items()}
 
 
 @pytest.mark.parametrize("order", few_of([*permutations(range(4))][::-1], 6))

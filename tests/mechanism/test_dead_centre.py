@@ -114,13 +114,13 @@ def falling_parallelogram(clearance):
     """
     ends = {"a": (-0.5, 0.0), "b": (0.5, 0.0)}
     rods = [("left", np.pi / 2), ("top", 0.0), ("right", np.pi / 2)]
-    left, top, right = (
+    first, top, right = (
         cl.Body(n, 1.0, 1.0 / 12.0, points=ends, angle=angle, angular_velocity=-1.0 * (n == "left"))
         for n, angle in rods
     )
     law = cl.hunt_crossley(stiffness=1e9, restitution=0.9)
     loose = {"radius": 0.02, "clearance": clearance, "contact": law}
-    hinges = m.loop(left, top, right, 1.0, "ABDC", c=cl.ClearanceRevolute, **loose)
+    hinges = m.loop(first, top, right, 1.0, "ABDC", c=cl.ClearanceRevolute, **loose)
     return cl.Scene(*hinges, name="parallelogram")
 
 
@@ -177,8 +177,8 @@ def folding(rng, share=None):
     loose, turned = rng.choice(["B", "D"]), np.exp(1j * tilt)
 
     def at(x, y=0.0):
-        place = turned * (x + 1j * hand * y)
-        return float(place.real), float(place.imag)
+        point = turned * (x + 1j * hand * y)
+        return float(point.real), float(point.imag)
 
     def bar(name, angle, speed=0.0):
         ends, mass = {"a": (-size / 2, 0), "b": (size / 2, 0)}, 10.0 ** rng.uniform(-1, 1)
@@ -427,8 +427,8 @@ def three_legs(rng, loose):
             return cl.ClearanceRevolute(a, b, name=name, **sizes)
         return cl.Revolute(a, b, name=name)
 
-    def ground(place):
-        return cl.ground.at(float(place.real), float(place.imag))
+    def ground(position):
+        return cl.ground.at(float(position.real), float(position.imag))
 
     ends = {f"p{i}": (float(c.real), float(c.imag)) for i, c in enumerate(corners)}
     start = (float(middle.real), float(middle.imag))

@@ -57,8 +57,8 @@ class TestBending:
         gives the same.
         """
         diameter = 2.0 * math.sqrt(MASS / (7850.0 * LENGTH * math.pi))
-        (ours,), (given,) = cl.assumptions(shaken), cl.assumptions(shaken, {"link": (diameter,)})
-        assert ours.value == pytest.approx(given.value, rel=1e-12)
+        (ours,), (explicit,) = cl.assumptions(shaken), cl.assumptions(shaken, {"link": (diameter,)})
+        assert ours.value == pytest.approx(explicit.value, rel=1e-12)
 
     def test_wrong_sections(self, shaken):
         """A section of no body, and a negative one, are refused."""

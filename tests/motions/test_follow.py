@@ -103,8 +103,8 @@ class TestPendulum:
         assert rows[0][0] == "torque [N m]"
         assert [float(row[0]) for row in rows[1:]] == met.values.tolist()
         assert sum(row[1] == "fold" for row in rows) == 1
-        place = rows[0].index("multiplier_1_error [1]")
-        assert [float(row[place]) for row in rows[1:]] == [p.errors[0] for p in met.points]
+        column = rows[0].index("multiplier_1_error [1]")
+        assert [float(row[column]) for row in rows[1:]] == [p.errors[0] for p in met.points]
         assert [p.errors.tolist() for p in branch_file.points(folder)] == [
             p.errors.tolist() for p in met.points
         ]

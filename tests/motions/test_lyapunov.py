@@ -318,7 +318,7 @@ def variational_growth(scene, turns, rtol=1e-10):
     return np.array(growth)
 
 
-def made(growth, effect=0.0, settle=20):
+def exponent_of(growth, effect=0.0, settle=20):
     growth = np.asarray(growth, float)
     return Exponent(growth, growth + effect, 0.5, settle, 1e-6, 1e-10)
 
@@ -329,11 +329,11 @@ class TestError:
         to follow each other up to half more.
         """
         growth = np.random.default_rng(5).standard_normal(400)
-        assert 0.6 / 20.0 < made(growth).sampling < 1.6 / 20.0
+        assert 0.6 / 20.0 < exponent_of(growth).sampling < 1.6 / 20.0
 
     def test_distance_and_sampling_add_up(self):
         """Both errors add as squares."""
-        exponent = made(np.random.default_rng(5).standard_normal(400), effect=-0.3)
+        exponent = exponent_of(np.random.default_rng(5).standard_normal(400), effect=-0.3)
         assert exponent.effect == pytest.approx(-0.3)
         assert exponent.error == pytest.approx(math.hypot(exponent.sampling, 0.3))
         assert exponent.error_per_second == pytest.approx(exponent.error / 0.5)
@@ -345,11 +345,12 @@ class TestError:
         chaos.
         """
         noise = 0.1 * np.random.default_rng(5).standard_normal(200)
-        assert made(noise + 1.0).verdict == "chaotic"
-        assert made(noise - 1.0).verdict == "regular"
-        assert made(noise + 1.0, effect=0.6).verdict == made(noise).verdict == "undecided"
+        assert exponent_of(noise + 1.0).verdict == "chaotic"
+        assert exponent_of(noise - 1.0).verdict == "regular"
+        unclear = exponent_of(noise), exponent_of(noise + 1.0, effect=0.6)
+        assert [e.verdict for e in unclear] == 2 * ["undecided"]
         after = np.arange(20, 220)
-        assert made(np.log((after + 1.0) / after)).verdict == "undecided"
+        assert exponent_of(np.log((after + 1.0) / after)).verdict == "undecided"
 
 
 class TestBadInput:
@@ -403,6 +404,6 @@ class TestShowing:
             assert np.isnan(group["running_error"][:3]).all()
             assert np.isfinite(group["running_error"][3:]).all()
         path = study_pictures.lyapunov(
-            exponent | {"made": made(np.ones(12))}, tmp_path / "new" / "lyapunov.png"
+            exponent | {"made": exponent_of(np.ones(12))}, tmp_path / "new" / "lyapunov.png"
         )
         assert path.stat().st_size > 10_000

@@ -84,8 +84,8 @@ def placed(actual, body, local):
     names = ("x", "y", "theta", "omega", "ax", "ay", "alpha")
     x, y, theta, w, ax, ay, alpha = (actual[f"bodies/{body.name}/{n}"] for n in names)
     arm = np.exp(1j * theta) * complex(local[0] - body.com[0], local[1] - body.com[1])
-    place, pull = x + 1j * y + arm, ax + 1j * ay + (1j * alpha - w**2) * arm
-    return np.stack([place.real, place.imag, 0.0 * x + local[2]], 1), np.stack(
+    position, pull = x + 1j * y + arm, ax + 1j * ay + (1j * alpha - w**2) * arm
+    return np.stack([position.real, position.imag, 0.0 * x + local[2]], 1), np.stack(
         [pull.real, pull.imag, 0.0 * x], 1
     )
 
@@ -112,7 +112,7 @@ def unbalanced(scene, actual):
     """Force and moment (samples, 3) that joints, weight and inertia leave on each body, and the
     largest force.
     """
-    left, largest = {}, 0.0
+    balance, largest = {}, 0.0
     for b in scene.bodies:
         (centre, a), com = placed(actual, b, (*b.com, 0.0)[:3]), (*b.com, 0.0)[:3]
         w, alpha, theta = (actual[f"bodies/{b.name}/{n}"] for n in ("omega", "alpha", "theta"))
@@ -122,7 +122,7 @@ def unbalanced(scene, actual):
             [spin.real, spin.imag, -b.inertia * alpha + actual.get(f"drives/{b.name}/torque", 0.0)],
             1,
         )
-        left[b] = [centre, com[2], push, turn]
+        balance[b] = [centre, com[2], push, turn]
         largest = max(largest, np.abs(push).max())
     for joint in scene.joints:
         force, moment = reaction(actual, joint)
@@ -134,12 +134,12 @@ def unbalanced(scene, actual):
             )
         for sign, end, point in ((-1.0, joint.a, points[0]), (1.0, joint.b, points[1])):
             if end.body is not cl.ground:
-                centre = left[end.body][0]
-                left[end.body][2] = left[end.body][2] + sign * force
-                left[end.body][3] = left[end.body][3] + sign * (
+                centre = balance[end.body][0]
+                balance[end.body][2] = balance[end.body][2] + sign * force
+                balance[end.body][3] = balance[end.body][3] + sign * (
                     moment + np.cross(point - centre, force)
                 )
-    return {b: v[2:] for b, v in left.items()}, largest
+    return {b: v[2:] for b, v in balance.items()}, largest
 
 
 # --- friction mechanisms
@@ -294,11 +294,11 @@ def test_three_loop_chain(validated):
     scene = load_case("three_loop_chain", where="all", pin_radius=0.005, friction="coulomb")
     actual = inverse(scene, np.array([0.0, 4.0, 8.0, 10.0]))
     torque, ideal = actual["drives/crank/torque"], actual["drives/crank/torque_ideal"]
-    what, options = "of the three-loop chain, multipliers", GUO | {"unit": "N m", "relative": False}
-    validated(f"ideal torque {what}", ideal[:3], [0.8800089, 1.8073065, 1.8089609], 6e-8, **options)
-    validated(f"torque with friction {what}", torque[[0, 3]], [0.999011, 1.164278], 6e-7, **options)
+    name, options = "of the three-loop chain, multipliers", GUO | {"unit": "N m", "relative": False}
+    validated(f"ideal torque {name}", ideal[:3], [0.8800089, 1.8073065, 1.8089609], 6e-8, **options)
+    validated(f"torque with friction {name}", torque[[0, 3]], [0.999011, 1.164278], 6e-7, **options)
     validated(
-        f"friction torque {what}", (torque - ideal)[[0, 3]], [0.119002, 0.285188], 6e-7, **options
+        f"friction torque {name}", (torque - ideal)[[0, 3]], [0.119002, 0.285188], 6e-7, **options
     )
     contraction = actual["friction/contraction"][0]
     validated(
@@ -404,11 +404,11 @@ def test_reactions_are_those_of_point_masses(validated):
         point, _ = placed(actual, joint.b.body, (joint.b.x, joint.b.y, joint.b.z))
         force, moment = np.zeros((9, 3)), np.zeros((9, 3))
         for body, mass, local in carried[4 * number :]:
-            place, acceleration = placed(actual, body, local)
+            position, acceleration = placed(actual, body, local)
             push = mass * (acceleration - gravity)
-            force, moment = force + push, moment + np.cross(place - point, push)
+            force, moment = force + push, moment + np.cross(position - point, push)
         carries = reaction(actual, joint)
-        for what, found_here, wanted in (
+        for kind, found_here, wanted in (
             ("forces", carries[0], force),
             ("moments", carries[1], moment),
         ):
@@ -417,7 +417,7 @@ def test_reactions_are_those_of_point_masses(validated):
                 "kind": "independent",
                 "relative": np.abs(wanted).max(),
             }
-            validated(f"joint {what} in space", found_here, wanted, 1e-12, **options)
+            validated(f"joint {kind} in space", found_here, wanted, 1e-12, **options)
     check_loads(actual, joints)
 
 
@@ -461,8 +461,8 @@ def test_heights_and_passive_friction():
     ]
     scene = cl.Scene(*joints, cl.Drive(crank, speed=40.0, start=0.3), gravity=(0.0, -5.0, -8.0))
     actual = inverse(scene, np.linspace(0.0, 0.3, 100))
-    left, largest = unbalanced(scene, actual)
-    for force, moment in left.values():
+    rest, largest = unbalanced(scene, actual)
+    for force, moment in rest.values():
         assert np.abs(force).max() < 1e-12 * largest
         assert np.abs(moment).max() < 1e-12 * largest * 0.15
     assert actual["friction/iterations"].min() > 3.0
@@ -745,8 +745,8 @@ def test_any_crank_rocker(crank, rod, rocker, frame, density, speed, mu):
     for joint in scene.joints:
         ends = [placed(actual, p.body, (p.x, p.y, p.z))[0] for p in (joint.a, joint.b)]
         assert np.abs(ends[1] - ends[0]).max() < 1e-14
-    left, largest = unbalanced(scene, actual)
-    for force, moment in left.values():
+    rest, largest = unbalanced(scene, actual)
+    for force, moment in rest.values():
         assert np.abs(force).max() < 1e-11 * largest
         assert np.abs(moment).max() < 1e-11 * largest * 0.2
 

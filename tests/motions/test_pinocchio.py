@@ -175,8 +175,8 @@ def agree(scene, times, validated) -> dict:
     for unit, rows in compared.items():
         size = max((np.abs(ours).max() for _, ours, _ in rows), default=0.0)
         for _, ours, theirs in rows:
-            what, options = f"efforts and reactions [{unit}]", PINOCCHIO | {"relative": size}
-            validated(f"{what}, {scene.name}", ours, theirs, CLOSE, **options)
+            label, options = f"efforts and reactions [{unit}]", PINOCCHIO | {"relative": size}
+            validated(f"{label}, {scene.name}", ours, theirs, CLOSE, **options)
     for path in set(actual) - set(efforts) - {p for rows in compared.values() for p, *_ in rows}:
         assert not np.abs(actual[path]).max() > CLOSE, f"{path}: the record has no such channel"
     return record, actual
@@ -282,9 +282,9 @@ class TestModel:
             for i, frame in enumerate(coms.values()):
                 speed = pinocchio.getFrameVelocity(m, data, frame, flat)
                 change = pinocchio.getFrameClassicalAcceleration(m, data, frame, flat)
-                options, what = PINOCCHIO | {"relative": False}, "Pinocchio's kinematics"
+                options, label = PINOCCHIO | {"relative": False}, "Pinocchio's kinematics"
                 validated(
-                    f"positions by {what}",
+                    f"positions by {label}",
                     data.oMf[frame].translation[:2],
                     row[i, :2],
                     1e-12,
@@ -294,8 +294,8 @@ class TestModel:
                     [*speed.linear[:2], speed.angular[2]],
                     [*change.linear[:2], change.angular[2]],
                 )
-                validated(f"velocities by {what}", rates[0], row[i, 3:6], 1e-11, **options)
-                validated(f"accelerations by {what}", rates[1], row[i, 6:9], 1e-9, **options)
+                validated(f"velocities by {label}", rates[0], row[i, 3:6], 1e-11, **options)
+                validated(f"accelerations by {label}", rates[1], row[i, 6:9], 1e-9, **options)
             for cut, ends in zip(model.cuts, model.ends, strict=True):
                 points = zip((cut.a, cut.b), ends, strict=True)
                 a_at, b_at = (

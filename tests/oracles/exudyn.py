@@ -97,9 +97,9 @@ class _Model:
             )
 
     def _marker(self, point) -> int:
-        place = [point.x - point.body.com[0], point.y - point.body.com[1], 0.0]
+        position = [point.x - point.body.com[0], point.y - point.body.com[1], 0.0]
         return self.mbs.AddMarker(
-            self.items.MarkerBodyRigid(bodyNumber=self.bodies[point.body], localPosition=place)
+            self.items.MarkerBodyRigid(bodyNumber=self.bodies[point.body], localPosition=position)
         )
 
     def _joint(self, joint) -> None:

@@ -51,8 +51,8 @@ class SingularPosition(ValueError):
         before it.
     """
 
-    def __init__(self, time: float, what: str, done: dict[str, np.ndarray]):
-        super().__init__(f"t = {time:.6g} s: {what}")
+    def __init__(self, time: float, reason: str, done: dict[str, np.ndarray]):
+        super().__init__(f"t = {time:.6g} s: {reason}")
         self.time, self.done = time, done
 
 
@@ -172,15 +172,15 @@ def _unbalanced(pairs: Pairs, geometry: Geometry, time, v, a) -> _Wrenches:
     v = np.concatenate([v, np.zeros((time.size, 1, 3))], axis=1)
     for load in scene.loads:
         if isinstance(load, Force):
-            (local, height), body = from_centre(load.point), pairs.place[load.point.body]
+            (local, height), body = from_centre(load.point), pairs.index[load.point.body]
             x, y, z = (amount(value, time) for value in (load.x, load.y, load.z))
             wrenches.add(body, geometry.turned[:, body] * local, height, x + 1j * y, z)
         elif isinstance(load, Torque):
-            wrenches.moment[:, pairs.place[load.body]] += amount(load.torque, time)
+            wrenches.moment[:, pairs.index[load.body]] += amount(load.torque, time)
         elif isinstance(load, SpringDamper):
             _add_spring(pairs, geometry, load, v, wrenches)
         elif isinstance(load, TorsionSpring):
-            one, two = pairs.place[load.a], pairs.place[load.b]
+            one, two = pairs.index[load.a], pairs.index[load.b]
             twist = geometry.angle[:, two] - geometry.angle[:, one] - load.free_angle
             moment = load.stiffness * twist + load.damping * (v[:, two, 2] - v[:, one, 2])
             wrenches.moment[:, one] += moment
@@ -194,7 +194,7 @@ def _add_spring(
     """Tension along the line of two points; none where they coincide, as it has no direction
     there.
     """
-    bodies = [pairs.place[p.body] for p in (load.a, load.b)]
+    bodies = [pairs.index[p.body] for p in (load.a, load.b)]
     local, heights = zip(*(from_centre(p) for p in (load.a, load.b)), strict=True)
     arms = [geometry.turned[:, body] * r for body, r in zip(bodies, local, strict=True)]
     places = [geometry.centre[:, body] + arm for body, arm in zip(bodies, arms, strict=True)]
@@ -221,13 +221,13 @@ class _Reactions:
     bending x + i y (samples, joints, k), zero where spatial is False as nothing acts there.
     """
 
-    def __init__(self, pairs: Pairs, geometry: Geometry, left: _Wrenches, rubbing: list[int]):
+    def __init__(self, pairs: Pairs, geometry: Geometry, rest: _Wrenches, rubbing: list[int]):
         samples, bodies, joints = (
             len(geometry.angle),
             len(pairs.scene.bodies),
             len(pairs.scene.joints),
         )
-        planar = np.stack([left.force.real, left.force.imag, left.moment], axis=-1)[
+        planar = np.stack([rest.force.real, rest.force.imag, rest.moment], axis=-1)[
             :, :bodies
         ].reshape(samples, -1, 1)
         unit = geometry.rows[:, pairs.free[rubbing]].swapaxes(1, 2)
@@ -248,7 +248,7 @@ class _Reactions:
         )
         if self.spatial:
             self.axial[..., 0], self.bending = _across(
-                pairs, geometry, left, self.force[:, :joints]
+                pairs, geometry, rest, self.force[:, :joints]
             )
 
 
@@ -268,7 +268,7 @@ def _leaves_the_plane(scene: Scene) -> bool:
 
 
 def _across(
-    pairs: Pairs, geometry: Geometry, left: _Wrenches, force: np.ndarray
+    pairs: Pairs, geometry: Geometry, rest: _Wrenches, force: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Axial forces (samples, joints) and bending moments (samples, joints, k): the bodies' balance
     out of the plane.
@@ -293,14 +293,14 @@ def _across(
         )
     inverse = np.zeros((len(joints), bodies))
     inverse[carry] = np.rint(np.linalg.inv(incidence))  # of a tree: 0, 1 and -1
-    axial = -left.axial[:, :bodies] @ inverse.T
+    axial = -rest.axial[:, :bodies] @ inverse.T
     lever_a, lever_b = (
         axial * geometry.reach[:, : len(joints)],
         axial * geometry.arm_b[:, : len(joints)],
     )
     heights = onto_b * pairs.height_b[: len(joints)] - onto_a * pairs.height_a[: len(joints)]
     moments = 1j * (heights @ force)
-    moments[..., 0] += left.bending[:, :bodies] - 1j * (lever_b @ onto_b.T - lever_a @ onto_a.T)
+    moments[..., 0] += rest.bending[:, :bodies] - 1j * (lever_b @ onto_b.T - lever_a @ onto_a.T)
     return axial, -(inverse @ moments)
 
 

@@ -79,7 +79,7 @@ class Pairs:
 
     def __init__(self, scene: Scene, start: Start):
         self.scene, self.start, self.size = scene, start, start.size
-        self.place = {b: i for i, b in enumerate((*scene.bodies, ground))}
+        self.index = {b: i for i, b in enumerate((*scene.bodies, ground))}
         self.drives = scene.drives
         bodies = [d.target for d in self.drives if isinstance(d.target, Body)]
         ends = [(j.a, j.b) for j in scene.joints] + [
@@ -106,7 +106,7 @@ class Pairs:
 
     def _ends(self, points: list[Point]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         local, height = zip(*(from_centre(p) for p in points), strict=True)
-        return np.array([self.place[p.body] for p in points]), np.array(local), np.array(height)
+        return np.array([self.index[p.body] for p in points]), np.array(local), np.array(height)
 
     def prescribed(self, time: np.ndarray) -> np.ndarray:
         """Values, rates and accelerations of all that is held (3, samples, held)."""
@@ -139,14 +139,14 @@ class Pairs:
         and the largest first correction (samples,). The last two are in rad and sizes of the
         mechanism.
         """
-        q, left, jump = guess.copy(), np.full(values.shape, np.inf), np.zeros(len(guess))
+        q, rest, jump = guess.copy(), np.full(values.shape, np.inf), np.zeros(len(guess))
         active, trial = np.arange(len(guess)), guess
         for step in range(ITERATIONS):
             geometry = Geometry(self, trial)
             wrong = geometry.values[:, self.held] - values[active]
             error = np.abs(wrong * self.share).max(axis=1)
-            better = error < np.abs(left[active]).max(axis=1)
-            q[active[better]], left[active[better]] = trial[better], (wrong * self.share)[better]
+            better = error < np.abs(rest[active]).max(axis=1)
+            q[active[better]], rest[active[better]] = trial[better], (wrong * self.share)[better]
             on = better & (error > CLOSED)
             if not on.any():
                 break
@@ -157,7 +157,7 @@ class Pairs:
             if step == 0:
                 jump[active] = np.abs(correction / [self.size, self.size, 1.0]).max(axis=(1, 2))
             trial = trial[on] - correction
-        return q, left, jump
+        return q, rest, jump
 
     def whole_turns(self, q: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Complete turns [rad] between angles at these poses and the prescribed ones (samples,
@@ -171,12 +171,12 @@ class Pairs:
         close).
         """
         values = self.prescribed(time)[0]
-        q, left, _ = self.closed(guess, values + self.whole_turns(guess, values))
-        failed = np.abs(left).max(axis=1) > CLOSURE
+        q, rest, _ = self.closed(guess, values + self.whole_turns(guess, values))
+        failed = np.abs(rest).max(axis=1) > CLOSURE
         if not failed.any():
             return q, ""
         first = int(failed.argmax())
-        return q[:first], self._opening(left[first])
+        return q[:first], self._opening(rest[first])
 
     def followed(self, time: np.ndarray) -> tuple[np.ndarray, str]:
         """Poses from the assembled start, up to the first sample out of reach, and what stays open
@@ -195,10 +195,10 @@ class Pairs:
             count = int(np.searchsorted(time, end, side="right"))
             moments = np.append(time[done:count], end)
             after = (moments - now)[:, None, None]
-            motion, left, jump = self.closed(
+            motion, rest, jump = self.closed(
                 node + after * (v + 0.5 * after * a), self.prescribed(moments)[0] + turns
             )
-            if np.abs(left).max() <= CLOSURE and jump.max() <= JUMP:
+            if np.abs(rest).max() <= CLOSURE and jump.max() <= JUMP:
                 q[done:count], node, done, now = motion[:-1], motion[-1:], count, end
                 v, a = self.motion(Geometry(self, node), moments[-1:])
                 step *= min(2.0, 0.8 * (JUMP / max(jump[-1], 1e-3 * JUMP)) ** (1.0 / 3.0))
@@ -209,10 +209,10 @@ class Pairs:
                 return q[:done], self._opening(self.closed(node, values)[1][0])
         return q, ""
 
-    def _opening(self, left: np.ndarray) -> str:
+    def _opening(self, rest: np.ndarray) -> str:
         """The held coordinate that stays open most."""
-        worst = int(np.abs(left).argmax())
-        amount, unit = abs(left[worst] / self.share[worst]), "rad" if self.is_turn[worst] else "m"
+        worst = int(np.abs(rest).argmax())
+        amount, unit = abs(rest[worst] / self.share[worst]), "rad" if self.is_turn[worst] else "m"
         return f"the motion ends here; {self.labels[worst]} stays {amount:.3g} {unit} open"
 
     def regular(self, geometry: "Geometry") -> tuple[int, str]:

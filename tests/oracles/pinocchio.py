@@ -32,20 +32,20 @@ def applied(scene: Scene, record: Record) -> np.ndarray:
 
     Force x, y, z and moment x, y, z about the centre of mass, along the fixed axes.
     """
-    state, place = states(scene, record), {b: i for i, b in enumerate((*scene.bodies, ground))}
+    state, index = states(scene, record), {b: i for i, b in enumerate((*scene.bodies, ground))}
     wrenches = np.zeros((*state.shape[:2], 6))
 
     def arm(point: Point) -> np.ndarray:
         local, height = from_centre(point)
-        turned = local * np.exp(1j * state[:, place[point.body], 2])
+        turned = local * np.exp(1j * state[:, index[point.body], 2])
         return np.stack([turned.real, turned.imag, np.full(len(state), height)], axis=-1)
 
     def push(point: Point, force: np.ndarray) -> None:
-        wrenches[:, place[point.body], :3] += force
-        wrenches[:, place[point.body], 3:] += np.cross(arm(point), force)
+        wrenches[:, index[point.body], :3] += force
+        wrenches[:, index[point.body], 3:] += np.cross(arm(point), force)
 
     def turn(body: Body, moment) -> None:
-        wrenches[:, place[body], 5] += moment
+        wrenches[:, index[body], 5] += moment
 
     for load in scene.loads:
         if isinstance(load, Force):
@@ -56,7 +56,7 @@ def applied(scene: Scene, record: Record) -> np.ndarray:
         elif isinstance(load, Torque):
             turn(load.body, amount(load.torque, record.time))
         elif isinstance(load, SpringDamper):
-            ends = [state[:, place[p.body], :2] + arm(p)[:, :2] for p in (load.a, load.b)]
+            ends = [state[:, index[p.body], :2] + arm(p)[:, :2] for p in (load.a, load.b)]
             apart = np.pad(ends[1] - ends[0], [(0, 0), (0, 1)])
             length = np.linalg.norm(apart, axis=1)
             pull = record.values(f"springs/{load.name}/tension") / np.where(
@@ -65,7 +65,7 @@ def applied(scene: Scene, record: Record) -> np.ndarray:
             push(load.a, pull[:, None] * apart)
             push(load.b, -pull[:, None] * apart)
         elif isinstance(load, TorsionSpring):
-            twisted = state[:, place[load.b]] - state[:, place[load.a]]
+            twisted = state[:, index[load.b]] - state[:, index[load.a]]
             moment = (
                 load.stiffness * (twisted[:, 2] - load.free_angle) + load.damping * twisted[:, 5]
             )
@@ -146,7 +146,7 @@ class Model:
         axes.
         """
         forward = child is joint.b.body
-        at, of_joint = (_place(p) for p in ((joint.a, joint.b) if forward else (joint.b, joint.a)))
+        at, of_joint = (_xyz(p) for p in ((joint.a, joint.b) if forward else (joint.b, joint.a)))
         turn, kind = 0.0, self.pin.JointModelRZ()
         if joint.slides:
             turn = joint.angle if forward else -joint.angle
@@ -175,7 +175,7 @@ class Model:
         """Number of a frame at a point, 0 for one on the ground."""
         if point.body is ground:
             return 0
-        placement = self.pin.SE3(np.eye(3), _place(point) - self.origins[point.body])
+        placement = self.pin.SE3(np.eye(3), _xyz(point) - self.origins[point.body])
         frame = self.pin.Frame(name, self.ids[point.body], placement, self.pin.FrameType.OP_FRAME)
         return self.model.addFrame(frame)
 
@@ -183,10 +183,10 @@ class Model:
         """Coordinates of the tree, their rates and accelerations (samples, tree), from the bodies'
         states.
         """
-        place = {b: i for i, b in enumerate((*self.scene.bodies, ground))}
+        index = {b: i for i, b in enumerate((*self.scene.bodies, ground))}
         values = np.empty((3, len(state), len(self.tree)))
         for i, (joint, *_) in enumerate(self.tree):
-            a, b = (state[:, place[body]] for body in joint.bodies())
+            a, b = (state[:, index[body]] for body in joint.bodies())
             if not joint.slides:
                 values[:, :, i] = self.signs[i] * (b - a)[:, 2::3].T
                 continue
@@ -206,11 +206,11 @@ class Model:
         """Wrenches about the centres of mass (samples, bodies, 6) as Pinocchio takes them, in
         frames of the joints.
         """
-        place = {b: i for i, b in enumerate(self.scene.bodies)}
+        index = {b: i for i, b in enumerate(self.scene.bodies)}
         applied_ones = np.zeros((len(state), len(self.tree) + 1, 6))
         for _, _, body in self.tree:
             force, moment = (
-                turned(wrenches[:, place[body], k : k + 3], -state[:, place[body], 2])
+                turned(wrenches[:, index[body], k : k + 3], -state[:, index[body], 2])
                 for k in (0, 3)
             )
             arm = np.array((*body.com, 0.0)[:3]) - self.origins[body]
@@ -321,7 +321,7 @@ def of_cuts(model: Model, state: np.ndarray, forces: np.ndarray) -> np.ndarray:
             if point.body is not ground:
                 angle = state[:, model.scene.bodies.index(point.body), 2]
                 force = turned(sign * np.pad(forces[:, k], [(0, 0), (0, 1)]), -angle)
-                arm = _place(point) - model.origins[point.body]
+                arm = _xyz(point) - model.origins[point.body]
                 wrenches[:, model.ids[point.body]] += np.concatenate(
                     [force, np.cross(arm, force)], axis=1
                 )
@@ -348,7 +348,7 @@ def _named(joint, wrench: np.ndarray) -> dict[str, np.ndarray]:
     return {f"joints/{joint.name}/{name}": wrench[:, i] for i, name in enumerate(names)}
 
 
-def _place(point: Point) -> np.ndarray:
+def _xyz(point: Point) -> np.ndarray:
     return np.array([point.x, point.y, point.z])
 
 

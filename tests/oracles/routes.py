@@ -77,7 +77,7 @@ def compare(scene: Scene, times: np.ndarray) -> RouteStudy:
     """
     record, solver = inverse_dynamics(scene, time=times), Explicit(scene)
     study = RouteStudy()
-    timings = [*_own(study, solver, record), *_multipliers(study, record, scene)]
+    timings = [*_explicit(study, solver, record), *_multipliers(study, record, scene)]
     if importlib.util.find_spec("pinocchio") is None:
         study.remarks.append("Pinocchio: not installed (pip install -e .[oracles])")
     else:
@@ -111,7 +111,7 @@ def _timed(call: Callable[[], object]) -> Callable[[], float]:
     return once
 
 
-def _own(study: RouteStudy, solver: Explicit, record: Record) -> list[tuple]:
+def _explicit(study: RouteStudy, solver: Explicit, record: Record) -> list[tuple]:
     """The explicit route: its compiled loop, and the call around it."""
     everything = "motion, friction, all efforts and reactions, all channels"
     count, first = record.time.size, record.time[:COUNTED]
@@ -152,11 +152,11 @@ def _multipliers(study: RouteStudy, record: Record, scene: Scene) -> list[tuple]
     _agreement(
         everything, multipliers.inverse(scene, record.time, poses), record, scene, ideal=False
     )
-    what = (
+    label = (
         "efforts and reactions in the plane of a given motion without friction: "
         f"{3 * len(scene.bodies)} equations, LAPACK"
     )
-    solve = Route("multipliers, solve alone", what, record.time.size, formula)
+    solve = Route("multipliers, solve alone", label, record.time.size, formula)
     matrices, right, channels = dense_system(scene, record, poses)
     _agreement(solve, channels, record, scene)
     study.remarks.append(
@@ -288,6 +288,6 @@ def dense_system(
         channels |= {f"{here}/force_x": force[:, i].real, f"{here}/force_y": force[:, i].imag}
         if joint.slides:
             channels[f"{here}/moment"] = relative[:, 3 * i + 2]
-    for drive, place in zip(pairs.drives, pairs.driven, strict=True):
-        channels[f"drives/{drive.name}/{drive.effort_kind}"] = relative[:, place]
+    for drive, pair in zip(pairs.drives, pairs.driven, strict=True):
+        channels[f"drives/{drive.name}/{drive.effort_kind}"] = relative[:, pair]
     return matrices, right, channels

@@ -58,11 +58,11 @@ def test_results_are_used_again_unless_fresh(tmp_path):
     """A stored result is used again, but with --fresh."""
     drawn(tmp_path, "feeder_sketch")
     (file,) = (tmp_path / "results").glob("*.h5")
-    made = file.stat().st_mtime_ns
+    moment = file.stat().st_mtime_ns
     drawn(tmp_path, "feeder_sketch")
-    assert file.stat().st_mtime_ns == made
+    assert file.stat().st_mtime_ns == moment
     drawn(tmp_path, "feeder_sketch", "--fresh")
-    assert file.stat().st_mtime_ns > made
+    assert file.stat().st_mtime_ns > moment
 
 
 @pytest.mark.slow
@@ -74,9 +74,9 @@ def test_one_run_serves_all_who_ask_for_it(tmp_path):
     shared = tmp_path / "shared"
     drawn(tmp_path / "a", "feeder_sketch", "--results", str(shared))
     (file,) = shared.glob("*.h5")
-    made = file.stat().st_mtime_ns
+    moment = file.stat().st_mtime_ns
     _, figures = drawn(tmp_path / "b", "feeder_sketch", "--results", str(shared))
-    assert file.stat().st_mtime_ns == made
+    assert file.stat().st_mtime_ns == moment
     (result,) = figures["feeder_sketch"]["results"]
     assert (tmp_path / "b" / result["file"]).resolve() == file.resolve()
     work = workshop.Workshop(tmp_path / "c", "name", results=shared)

@@ -102,10 +102,10 @@ def crowded():
         cl.Body(f"long_named_arm_{i}", 1.0, 0.1, points={"o": (0, 0), "e": (1.0, 0)})
         for i in (1, 2)
     )
-    left = cl.Revolute(cl.ground, one["o"], name="long_named_hinge_1")
+    first = cl.Revolute(cl.ground, one["o"], name="long_named_hinge_1")
     right = cl.Revolute(cl.ground.at(0.05, 0.0), other["o"], name="long_named_hinge_2")
     return cl.Scene(
-        left, right, cl.Drive(left, speed=1.0), cl.Drive(right, speed=1.0), name="crowded"
+        first, right, cl.Drive(first, speed=1.0), cl.Drive(right, speed=1.0), name="crowded"
     )
 
 
@@ -173,13 +173,13 @@ DRAWN += [n for n in SCENES if n not in {*ALONE, *DRAWN, "crowded"}] + ["crowded
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """Results by name, each simulated once."""
-    folder, made = tmp_path_factory.mktemp("runs"), {}
+    folder, results = tmp_path_factory.mktemp("runs"), {}
 
     def result(name):
-        if name not in made:
+        if name not in results:
             scene, span = SCENES[name]
-            made[name] = cl.open_result(cl.simulate(scene(), **span).save(folder / f"{name}.h5"))
-        return made[name]
+            results[name] = cl.open_result(cl.simulate(scene(), **span).save(folder / f"{name}.h5"))
+        return results[name]
 
     return result
 
@@ -345,12 +345,12 @@ def test_blocks_stay_on_their_guides(name, run):
     for slide in drawn.slides.values():
         start, end = np.moveaxis(slide.line(drawn.motion, 0.0), 1, 0)
         along, middle = end - start, slide.corners((0.01, 0.005)).mean(axis=1)
-        place = np.sum((middle - start) * along, axis=-1) / np.sum(along**2, axis=-1)
+        share = np.sum((middle - start) * along, axis=-1) / np.sum(along**2, axis=-1)
         # poses between samples are interpolated, and a dry joint's impacts bend them: 1e-6 of the
         # guide is unseen
-        assert np.abs(middle - start - place[:, None] * along).max() < 1e-6
-        assert place.min() > -1e-6
-        assert place.max() < 1.0 + 1e-6
+        assert np.abs(middle - start - share[:, None] * along).max() < 1e-6
+        assert share.min() > -1e-6
+        assert share.max() < 1.0 + 1e-6
 
 
 @pytest.mark.parametrize("name", ["tripod", "actuator"])

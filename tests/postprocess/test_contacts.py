@@ -32,7 +32,7 @@ def dry():
     return cl.simulate(cl.load_case("slider_crank", model="dry"), turns=4.0)
 
 
-def made(time, channels=(), **options):
+def record_of(time, channels=(), **options):
     return Formula(time, dict(channels) | {"joints/C/gap": 0.0 * np.asarray(time)}, **options)
 
 
@@ -45,7 +45,7 @@ def with_events(**changed):
         "joint": ["C", "C", "C"],
         "kind": ["contact", "contact", "open_contact"],
     }
-    return made(np.linspace(0.0, 3.0, 301), joints=[joint()], events=events | changed)
+    return record_of(np.linspace(0.0, 3.0, 301), joints=[joint()], events=events | changed)
 
 
 def test_numbers_from_events():
@@ -274,7 +274,7 @@ def test_lean_results():
 @pytest.mark.parametrize("samples", [1, 301])
 def test_the_picture_without_a_drive(samples, tmp_path, gallery):
     """Contacts are counted in a second, and what was not stored is named."""
-    free = made(
+    free = record_of(
         np.linspace(0.0, 3.0, samples), speed=None, joints=[joint()], events=with_events().events
     )
     assert np.isnan(contact_table(free)["C"]["contacts_per_turn"])

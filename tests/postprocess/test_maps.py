@@ -54,7 +54,7 @@ BOTH = grid(speed=SPEEDS, clearance=CLEARANCES)
 
 
 @pytest.fixture
-def made(tmp_path):
+def sweep_of(tmp_path):
     """A sweep over points, its metrics given as functions of a point, in SI."""
 
     def make(points=BOTH, metrics={"force": force}, reference=None, fixed=None):  # noqa: B006
@@ -178,20 +178,20 @@ def test_display_units(units, values, unit, factor):
     assert shown_in(units, values) == (unit, factor)
 
 
-def test_titles_of_lives(made):
+def test_titles_of_lives(sweep_of):
     """They name the turns of the lives, not those of the runs in them."""
-    sweep = made(grid(speed=SPEEDS), {"depth": lambda speed: speed})
+    sweep = sweep_of(grid(speed=SPEEDS), {"depth": lambda speed: speed})
     sweep.definition.options["life"] = {"turns": 3000.0}
     title = Choice.of(sweep, None).title(width=7.0)
     assert plain(title) == "formula: lives of 3000 turns"
 
 
 # --- maps
-def test_cells_stand_where_the_points_are(made, draw, gallery):
+def test_cells_stand_where_the_points_are(sweep_of, draw, gallery):
     """Values swept in any order; a logarithmic axis has its points in the geometric middle of their
     cells.
     """
-    sweep = made(
+    sweep = sweep_of(
         grid(clearance=CLEARANCES[::-1], speed=SPEEDS[[2, 0, 3, 1]]),
         {"force": force, "steep": steep},
     )
@@ -214,9 +214,9 @@ def test_cells_stand_where_the_points_are(made, draw, gallery):
     assert gallery.smallest_text() >= 8.0
 
 
-def test_logarithmic_colours_on_demand(made, draw):
+def test_logarithmic_colours_on_demand(sweep_of, draw):
     """The option decides about colours; values that are not positive are refused."""
-    sweep = made(metrics={"force": force, "steep": steep})
+    sweep = sweep_of(metrics={"force": force, "steep": steep})
     assert isinstance(norm(draw(maps, sweep, metrics="force", log=True)[0]), LogNorm)
     assert not isinstance(norm(draw(maps, sweep, metrics="steep", log=False)[0]), LogNorm)
     sweep.metrics["force"] -= sweep.metrics["force"].min()
@@ -228,9 +228,9 @@ def test_logarithmic_colours_on_demand(made, draw):
         draw(maps, sweep, log="never")
 
 
-def test_failed_cells_are_hatched_and_missing_ones_blank(made, draw, gallery):
+def test_failed_cells_are_hatched_and_missing_ones_blank(sweep_of, draw, gallery):
     """Only failed points have a hatch, and the title counts both kinds."""
-    sweep = made()
+    sweep = sweep_of()
     sweep.status[[0, 3]], sweep.status[7], sweep.status[[10, 11, 12]] = "failed", "lost", "missing"
     (axes,) = draw(maps, sweep)
     assert hatched(axes) == 3
@@ -239,9 +239,9 @@ def test_failed_cells_are_hatched_and_missing_ones_blank(made, draw, gallery):
     assert gallery.legend == ["failed"]
 
 
-def test_cells_with_warnings(made, draw, gallery):
+def test_cells_with_warnings(sweep_of, draw, gallery):
     """Marked where not all have them; the title has their number."""
-    sweep = made()
+    sweep = sweep_of()
     sweep.costs["warnings"][[2, 5]] = 1, 3
     assert hatched(draw(maps, sweep)[0]) == 2
     assert "2 of 20 points with warnings" in gallery.text
@@ -268,12 +268,12 @@ REGIMES = {"B": {"roughness": 2e-6, "dry": 0.4, "mixed": 1.0, "full": 3.0}}
 
 
 @pytest.mark.parametrize(("metric", "size"), [("film_thickness_ratio_min", 1.0), ("gap_min", 2e-6)])
-def test_regimes_have_borders(made, draw, gallery, metric, size):
+def test_regimes_have_borders(sweep_of, draw, gallery, metric, size):
     """Lines where the ratio, or the gap over the roughness, passes a threshold: rounding, for it is
     linear. None for other joints, for numbers outside of the map, and beside names.
     """
     names = [f"joint_{joint}_{metric}" for joint in "BC"]
-    sweep = made(metrics={n: lambda **at: size * ratio(**at) for n in names})
+    sweep = sweep_of(metrics={n: lambda **at: size * ratio(**at) for n in names})
     sweep.definition.regimes.update(REGIMES | {"C": {"full": 7.0}})
     ours, other = draw(maps, sweep, metrics=names, x="speed", y="clearance")
     lines = [c for c in ours.collections if isinstance(c, QuadContourSet)]
@@ -290,7 +290,7 @@ def test_regimes_have_borders(made, draw, gallery, metric, size):
     assert not any(
         isinstance(c, QuadContourSet) for c in draw(maps, sweep, metrics=names)[0].collections
     )
-    sweep = made(
+    sweep = sweep_of(
         grid(joints=["B", "B,C"], speed=SPEEDS),
         {names[0]: lambda joints, speed: size * ratio(speed, 1e-3)},
     )
@@ -299,14 +299,14 @@ def test_regimes_have_borders(made, draw, gallery, metric, size):
     assert not any(isinstance(c, QuadContourSet) for c in axes.collections)
 
 
-def test_no_period_and_no_value(made, draw, gallery):
+def test_no_period_and_no_value(sweep_of, draw, gallery):
     """Each has a hatch of its own, and each period one colour."""
     metrics = {
         "period": lambda speed, clearance: np.inf if clearance > 5e-4 else round(speed / SPEEDS[0])
     }
     metrics["impacts"] = lambda speed, clearance: np.nan if speed < 12.0 else speed
     reference = {"period": ("turns", "period"), "impacts": ("1", "impacts")}
-    sweep = made(metrics=metrics, reference=reference)
+    sweep = sweep_of(metrics=metrics, reference=reference)
     period, impacts = draw(maps, sweep, metrics=["period", "impacts"])
     assert isinstance(norm(period), BoundaryNorm)
     assert_allclose(norm(period).boundaries, [0.5, 1.5, 2.5, 3.5, 4.5])
@@ -320,11 +320,11 @@ def test_no_period_and_no_value(made, draw, gallery):
     assert hatched(draw(maps, sweep, metrics="period")[0]) == 20
 
 
-def test_settling_is_told_from_no_period(made, draw, gallery):
+def test_settling_is_told_from_no_period(sweep_of, draw, gallery):
     """Runs that have not settled have a hatch and a word of their own."""
     metrics = {"period": lambda speed, clearance: np.inf if clearance > 5e-4 else 1.0}
     metrics["settling_ratio"] = lambda speed, clearance: 0.1 if speed < 12.0 else 0.9
-    sweep = made(metrics=metrics, reference={"period": ("turns", "period")})
+    sweep = sweep_of(metrics=metrics, reference={"period": ("turns", "period")})
     assert hatched(draw(maps, sweep, metrics="period")[0]) == 4
     legend = gallery.legend
     assert legend == ["not periodic within the run", "not settled within the run"]
@@ -332,10 +332,10 @@ def test_settling_is_told_from_no_period(made, draw, gallery):
     assert "1 of 20 not settled within the run" in gallery.text
 
 
-def test_names_and_a_third_parameter(made, draw, gallery):
+def test_names_and_a_third_parameter(sweep_of, draw, gallery):
     """Names have equal cells, and the panels of a metric one scale."""
     points = grid(joints=["B", "B,C", "B,C,E"], model=["dry", "lubricated"], speed=SPEEDS)
-    sweep = made(
+    sweep = sweep_of(
         points,
         {"force": lambda joints, model, speed: speed * len(joints) * (1.0 + (model == "dry"))},
     )
@@ -350,10 +350,10 @@ def test_names_and_a_third_parameter(made, draw, gallery):
     assert gallery.panels[0].get_xlabel() == "speed [rpm]"
 
 
-def test_a_parameter_is_held(made, draw, gallery):
+def test_a_parameter_is_held(sweep_of, draw, gallery):
     """A held parameter leaves one panel, and the title states it."""
     points = grid(model=["dry", "lubricated"], speed=SPEEDS, clearance=CLEARANCES)
-    sweep = made(points, {"force": force}, fixed={"restitution": 0.9, "friction": "coulomb"})
+    sweep = sweep_of(points, {"force": force}, fixed={"restitution": 0.9, "friction": "coulomb"})
     assert len(draw(maps, sweep, at={"model": "dry"})) == 1
     title = gallery.text
     assert "formula: restitution 0.9, friction coulomb, model dry, runs of 4 turns" in title
@@ -363,10 +363,10 @@ def test_a_parameter_is_held(made, draw, gallery):
     assert "clearance 1 mm" in gallery.text
 
 
-def test_lists_that_go_together(made, draw, gallery):
+def test_lists_that_go_together(sweep_of, draw, gallery):
     """Parameters swept together are one axis, named after the first."""
     points = zipped(speed=SPEEDS, clearance=CLEARANCES[:4], viscosity=[0.01, 0.01, 0.02, 0.02])
-    sweep = made(points * grid(restitution=[0.3, 0.6, 0.9]), {"force": force})
+    sweep = sweep_of(points * grid(restitution=[0.3, 0.6, 0.9]), {"force": force})
     assert draw(maps, sweep)[0].get_xlabel() == "speed [rpm]"
     assert draw(maps, sweep, x="restitution", y="clearance")[0].get_ylabel() == "clearance [mm]"
     draw(curves, sweep, x="restitution")
@@ -397,9 +397,9 @@ def test_lists_that_go_together(made, draw, gallery):
         ),
     ],
 )
-def test_bad_maps(made, draw, options, message):
+def test_bad_maps(sweep_of, draw, options, message):
     """A map that cannot be is refused with the names that are there."""
-    sweep = made()
+    sweep = sweep_of()
     with pytest.raises(ValueError, match=message):
         draw(maps, sweep, **options)
 
@@ -442,14 +442,14 @@ MANY = np.linspace(0.1, 0.9, 8)
         ),
     ],
 )
-def test_more_than_a_page_holds(made, draw, more, kind, options, message):
+def test_more_than_a_page_holds(sweep_of, draw, more, kind, options, message):
     """Too many panels, metrics or curves are refused, and a value that is not there."""
     points = grid(speed=SPEEDS, clearance=CLEARANCES, **more)
     with pytest.raises(ValueError, match=message):
-        draw(kind, made(points, {f"m{i}": force for i in range(13)}), **options)
+        draw(kind, sweep_of(points, {f"m{i}": force for i in range(13)}), **options)
 
 
-def test_telling_metrics(made):
+def test_telling_metrics(sweep_of):
     """Forces of joints with clearance come first; names and patterns choose others."""
     names = [
         "slider_acceleration_min",
@@ -464,7 +464,7 @@ def test_telling_metrics(made):
         "dissipated_per_turn",
         "period",
     ]
-    sweep = made(grid(speed=SPEEDS), {n: lambda speed: speed for n in names})
+    sweep = sweep_of(grid(speed=SPEEDS), {n: lambda speed: speed for n in names})
     assert chosen_metrics(sweep, None) == [
         "slider_acceleration_max",
         "drive_crank_torque_rms",
@@ -485,9 +485,9 @@ def test_telling_metrics(made):
 
 
 # --- curves and samples
-def test_a_curve(made, draw, gallery):
+def test_a_curve(sweep_of, draw, gallery):
     """Points in order, a gap and a cross where one failed."""
-    sweep = made(grid(clearance=CLEARANCES), {"force": lambda clearance: 2e6 * clearance})
+    sweep = sweep_of(grid(clearance=CLEARANCES), {"force": lambda clearance: 2e6 * clearance})
     sweep.status[2] = "failed"
     (axes,) = draw(curves, sweep)
     line, crosses = axes.lines
@@ -501,16 +501,16 @@ def test_a_curve(made, draw, gallery):
     assert gallery.smallest_text() >= 8.0
 
 
-def test_curves_of_a_second_parameter(made, draw, gallery):
+def test_curves_of_a_second_parameter(sweep_of, draw, gallery):
     """A line for each value; a colour bar where there are many."""
-    sweep = made(metrics={"force": force, "steep": steep})
+    sweep = sweep_of(metrics={"force": force, "steep": steep})
     first, second = draw(curves, sweep, x="clearance")
     for speed, line in zip(SPEEDS, second.lines, strict=True):
         assert_allclose(line.get_ydata(), 1e-3 * steep(speed, CLEARANCES))
     assert (first.get_yscale(), second.get_yscale()) == ("linear", "log")
     names = gallery.legend
     assert names == [f"speed {n} rpm" for n in (100, 200, 300, 400)]
-    many = made(grid(speed=np.linspace(10.0, 60.0, 12), clearance=CLEARANCES), {"force": force})
+    many = sweep_of(grid(speed=np.linspace(10.0, 60.0, 12), clearance=CLEARANCES), {"force": force})
     draw(curves, many, x="clearance")  # a bar distinguishes so many
     assert gallery.bars == ["speed [rpm]"]
     assert not gallery.last.legends
@@ -522,17 +522,17 @@ def _hashable(line):
     return line
 
 
-def test_curves_over_names_are_not_joined(made, draw):
+def test_curves_over_names_are_not_joined(sweep_of, draw):
     """Names stand at even places without a line between them."""
-    sweep = made(grid(joints=["B", "B,C", "B,C,E"]), {"force": lambda joints: len(joints)})
+    sweep = sweep_of(grid(joints=["B", "B,C", "B,C,E"]), {"force": lambda joints: len(joints)})
     (axes,) = draw(curves, sweep)
     assert axes.lines[0].get_linestyle() == "None"
     assert [t.get_text() for t in axes.get_xticklabels()] == ["B", "B,C", "B,C,E"]
 
 
-def test_curves_without_a_value_say_so(made, draw, gallery):
+def test_curves_without_a_value_say_so(sweep_of, draw, gallery):
     """The panel states why it is empty, over the axis of the points."""
-    sweep = made(
+    sweep = sweep_of(
         grid(speed=SPEEDS), {"period": lambda speed: np.inf}, {"period": ("turns", "period")}
     )
     draw(curves, sweep, metrics="period")
@@ -540,11 +540,11 @@ def test_curves_without_a_value_say_so(made, draw, gallery):
     assert_allclose(gallery.panels[0].get_xlim(), (100.0, 400.0))
 
 
-def test_samples_without_a_value_say_so(made, draw, gallery):
+def test_samples_without_a_value_say_so(sweep_of, draw, gallery):
     """Crosses for failed samples, a sentence for values that are none."""
     reference = {"period": ("turns", "period"), "force": ("N", "force")}
     metrics = {"period": lambda speed: np.inf, "force": lambda speed: speed}
-    sweep = made(sampled(10, speed=(10.0, 60.0)), metrics, reference)
+    sweep = sweep_of(sampled(10, speed=(10.0, 60.0)), metrics, reference)
     sweep.status[:3] = "failed"
     force_, period = draw(curves, sweep, metrics=["force", "period"])
     assert {"7 of 10 not periodic within the run", "no value"} <= set(gallery.texts())
@@ -552,7 +552,7 @@ def test_samples_without_a_value_say_so(made, draw, gallery):
     assert np.isfinite(force_.lines[0].get_ydata()).sum() == 7
 
 
-def test_telling_metrics_of_the_points_that_are_left(made, draw, gallery):
+def test_telling_metrics_of_the_points_that_are_left(sweep_of, draw, gallery):
     """A metric without a value at the held points has no panel."""
     metrics = {
         "slider_acceleration_max": lambda model, speed, clearance: speed,
@@ -560,16 +560,16 @@ def test_telling_metrics_of_the_points_that_are_left(made, draw, gallery):
             clearance if model == "dry" else np.nan
         ),
     }
-    sweep = made(grid(model=["dry", "lubricated"], speed=SPEEDS, clearance=CLEARANCES), metrics)
+    sweep = sweep_of(grid(model=["dry", "lubricated"], speed=SPEEDS, clearance=CLEARANCES), metrics)
     for model, count in (("dry", 2), ("lubricated", 1)):
         draw(maps, sweep, at={"model": model})
         assert len(gallery.panels) == count
 
 
-def test_samples(made, draw, gallery):
+def test_samples(sweep_of, draw, gallery):
     """A panel for each metric and parameter, points where they were drawn."""
     points = sampled(25, speed=(10.0, 60.0), clearance=(1e-5, 5e-4, "log"), model=["dry", "mixed"])
-    sweep = made(points, {"force": force, "steep": steep})
+    sweep = sweep_of(points, {"force": force, "steep": steep})
     draw(curves, sweep)
     grid_ = np.array(gallery.panels).reshape(2, 3)
     x, y = grid_[1, 1].lines[0].get_data()
@@ -649,9 +649,9 @@ def test_bad_bifurcations(swept, tmp_path, options, message):
         bifurcation_of(swept, tmp_path / "b.png", **options)
 
 
-def test_a_bifurcation_diagram_needs_run_files(made, tmp_path):
+def test_a_bifurcation_diagram_needs_run_files(sweep_of, tmp_path):
     """A sweep of summaries alone is refused."""
-    sweep = made(grid(speed=SPEEDS), {"m": lambda speed: speed})
+    sweep = sweep_of(grid(speed=SPEEDS), {"m": lambda speed: speed})
     with pytest.raises(ValueError, match="keeps no run files"):
         bifurcation_of(sweep, tmp_path / "b.png")
 
@@ -666,22 +666,22 @@ def test_colours_read_in_grey():
     assert (np.diff(0.2126 * red + 0.7152 * green + 0.0722 * blue) > 0.0).all()
 
 
-def test_values_that_crowd_stand_at_equal_distances(made, draw):
+def test_values_that_crowd_stand_at_equal_distances(sweep_of, draw):
     """Rows of 10 and 11 in 1000 would be a hundredth of the map; of an even grid all are alike and
     keep their scale.
     """
     crowded = [-20.0, 10.0, 11.0, 500.0, 1000.0]
     numbers = {"m": lambda speed, restitution: restitution}
-    sweep = made(grid(speed=SPEEDS, restitution=crowded), numbers)
+    sweep = sweep_of(grid(speed=SPEEDS, restitution=crowded), numbers)
     (axes,) = draw(maps, sweep, y="restitution")
     assert_allclose(axes.get_yticks(), np.arange(5.0))
     assert [t.get_text() for t in axes.get_yticklabels()] == ["-20", "10", "11", "500", "1000"]
     even = np.linspace(-50.0, 50.0, 60)
-    sweep = made(grid(speed=SPEEDS, restitution=even), numbers)
+    sweep = sweep_of(grid(speed=SPEEDS, restitution=even), numbers)
     assert draw(maps, sweep, y="restitution")[0].get_ylim()[0] < -50.0
 
 
-def test_means_of_turn_peaks_come_first(made):
+def test_means_of_turn_peaks_come_first(sweep_of):
     """Of dry sweeps there is nothing else; forces are those of the joints with clearance."""
     names = [
         "slider_acceleration_peak_mean",
@@ -692,7 +692,7 @@ def test_means_of_turn_peaks_come_first(made):
         "joint_C_penetration_peak_mean",
         "joint_C_force_max",
     ]
-    sweep = made(grid(speed=SPEEDS), {n: lambda speed: speed for n in names})
+    sweep = sweep_of(grid(speed=SPEEDS), {n: lambda speed: speed for n in names})
     assert chosen_metrics(sweep, None)[:3] == [
         "slider_acceleration_peak_mean",
         "drive_crank_torque_rms",
@@ -700,26 +700,26 @@ def test_means_of_turn_peaks_come_first(made):
     ]
 
 
-def test_curves_have_bars_of_intervals(made, draw, monkeypatch):
+def test_curves_have_bars_of_intervals(sweep_of, draw, monkeypatch):
     """In the units of the metric: 2000 +- 100 N is 2 +- 0.1 kN."""
     seen = []
     bars = "matplotlib.axes.Axes.errorbar"
     monkeypatch.setattr(bars, lambda self, x, y, half, **style: seen.append((y, half)))
     values = {"force_peak_mean": 2e4, "force_peak_mean_half_width": 1e3}
     metrics = {n: lambda speed, v=v: v for n, v in values.items()}
-    sweep = made(grid(speed=SPEEDS), metrics)
+    sweep = sweep_of(grid(speed=SPEEDS), metrics)
     draw(curves, sweep, metrics=["force_peak_mean"])
     ((y, half),) = seen
     np.testing.assert_allclose(half / y, 0.05)
 
 
-def test_errors_of_metrics(made, draw, gallery):
+def test_errors_of_metrics(sweep_of, draw, gallery):
     """Cells whose stated error exceeds a twentieth of the colours are hatched, curves have bars."""
     errors = {
         "force": force,
         "force_error": lambda speed, clearance: 0.2 * force(speed, clearance) * (speed > 30.0),
     }
-    sweep = made(metrics=errors)
+    sweep = sweep_of(metrics=errors)
     draw(maps, sweep, metrics="force*")
     axes = gallery.figures[-1].axes[0]
     assert hatched(axes) == (SPEEDS > 30.0).sum() * len(CLEARANCES)

@@ -81,8 +81,8 @@ def test_a_record_over_the_angle(run, tmp_path):
     actual = cl.compare(run, path, "rocker.x")
     assert actual.shift == pytest.approx(0.6, abs=1e-7)
     assert actual.shift_text.endswith("deg")
-    given = cl.compare(run, path, "rocker.x", shift="216 deg")
-    assert given.rms < 1e-7 * np.ptp(given.computed)
+    shifted = cl.compare(run, path, "rocker.x", shift="216 deg")
+    assert shifted.rms < 1e-7 * np.ptp(shifted.computed)
     assert cl.compare(run, path, "rocker.x", shift=236.0).rms > 1e-3
     with pytest.raises(ValueError, match="shift must lie in 0 to 422 deg"):
         cl.compare(run, path, "rocker.x", shift=430.0)

@@ -50,7 +50,7 @@ class Reader(HTMLParser):
     def __init__(self, path):
         super().__init__()
         self.open, self.texts, self.rows, self.cells = [], [], [], []
-        self.links, self.sources, self.ids, self.uses, self.said = [], [], [], [], []
+        self.links, self.sources, self.ids, self.uses, self.captions = [], [], [], [], []
         self.headings, self.boxes, self.missing, self.pictures = [], [], [], []
         self.folder, self.raw = Path(path).parent, Path(path).read_text(encoding="utf-8")
         self.feed(self.raw)
@@ -61,7 +61,7 @@ class Reader(HTMLParser):
         assert set(self.uses) <= set(self.ids), "something refers to what is not there"
         assert all(s.startswith("data:") for s in self.sources), "a resource is outside the page"
         assert "://" not in self.raw
-        assert all(self.said), "a picture says nothing"
+        assert all(self.captions), "a picture says nothing"
 
     @property
     def text(self):
@@ -94,7 +94,7 @@ class Reader(HTMLParser):
         self.sources += [page["src"]] if "src" in page else []
         if tag in ("svg", "img"):
             self.pictures.append(tag)
-            self.said.append(page.get("alt" if tag == "img" else "aria-label"))
+            self.captions.append(page.get("alt" if tag == "img" else "aria-label"))
 
     def handle_endtag(self, tag):
         assert tag == self.open[-1][0], f"{tag} ends while {self.open[-1][0]} is open"
@@ -212,8 +212,8 @@ def test_quantities(value, units, shown):
 
 def test_everything_is_escaped_on_its_way_in():
     """Texts, attributes and cells hold no markup."""
-    made = pages.element("p", '<b> & "', pages.element("i", "x"), title='"<')
-    assert made == '<p title="&quot;&lt;">&lt;b&gt; &amp; &quot;<i>x</i></p>'
+    text = pages.element("p", '<b> & "', pages.element("i", "x"), title='"<')
+    assert text == '<p title="&quot;&lt;">&lt;b&gt; &amp; &quot;<i>x</i></p>'
     assert pages.table(["<"], [["<", True, None]], says="<").count("&lt;") == 3
 
 
@@ -225,11 +225,13 @@ def picture(tmp_path, points, samples=0):
         figure.add_subplot().plot(*np.random.default_rng(1).random((2, points)), lw=0.5)
         return figures.save(figure, path, dpi=50)
 
-    made = pages.Page("a picture")
-    made.section(
-        "one", made.picture(draw, "random <points>", samples), made.picture(draw, "again", samples)
+    document = pages.Page("a picture")
+    document.section(
+        "one",
+        document.picture(draw, "random <points>", samples),
+        document.picture(draw, "again", samples),
     )
-    return Reader(made.save(tmp_path / "picture.html"))
+    return Reader(document.save(tmp_path / "picture.html"))
 
 
 def test_large_pictures_are_png_where_that_is_smaller(tmp_path, monkeypatch):
@@ -241,7 +243,7 @@ def test_large_pictures_are_png_where_that_is_smaller(tmp_path, monkeypatch):
     assert picture(tmp_path, 20000).pictures == ["img", "img"]
     page = picture(tmp_path, 10, samples=pages.LONG)
     assert page.pictures == ["img", "img"]
-    assert page.said == ["random <points>", "again"]
+    assert page.captions == ["random <points>", "again"]
     assert all(s.startswith("data:image/png;base64,iVBORw0KGgo") for s in page.sources)
 
 
@@ -263,9 +265,9 @@ def test_a_picture_that_cannot_be_drawn_is_a_sentence():
     def draw(path):
         raise ValueError("channel <x> was not stored")
 
-    made = pages.Page("none").picture(draw, "Something")
+    text = pages.Page("none").picture(draw, "Something")
     reason = "Something: not shown, for channel &lt;x&gt; was not stored."
-    assert made == f'<p class="missing">{reason}</p>'
+    assert text == f'<p class="missing">{reason}</p>'
 
 
 # --- runs
@@ -404,7 +406,7 @@ def test_dry_and_mixed_contacts(tmp_path):
     assert all(("box doubt", w) in page.boxes for w in mixed.warnings)
     share = pages.number(mixed.facts("joints/B")["share_dry"])
     assert page.row("share of the time in dry contact")[1] == share
-    assert any("film thickness ratio, states" in s for s in page.said)
+    assert any("film thickness ratio, states" in s for s in page.captions)
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -559,7 +561,7 @@ def test_joints_that_rub(inverse, tmp_path):
         "Driving torques and forces, dashed without joint friction",
         "Friction of hinges and slides",
     ):
-        assert any(s.startswith(start) for s in page.said)
+        assert any(s.startswith(start) for s in page.captions)
     assert ("method", run.solver["method"]) in page.rows or not inverse
 
 

@@ -16,7 +16,7 @@ def slow(t):
     return np.sin(2.0 * np.pi * t / 3.0)
 
 
-def made(per_turn=50, turns=9, **options):
+def record_of(per_turn=50, turns=9, **options):
     w = 2.0 * np.pi / 3.0
     time = np.linspace(0.0, turns * TURN, per_turn * turns + 1)
     channels = {
@@ -35,7 +35,7 @@ def test_section_of_a_formula(angle):
     Cubic Hermite errs by (w h)^4 / 384 = 8e-9 of the amplitude, four points by at most 3 (w
     h)^4 / 128 = 7e-8; the acceleration's amplitude is 4.4.
     """
-    record = made()
+    record = record_of()
     actual = section(record, ["slider.x", "slider.vx", "slider.ax"], angle=angle, settle=3.0)
     t = section_times(record, angle, 3.0)
     assert len(actual) == (7 if angle == 0.0 else 6)
@@ -50,7 +50,7 @@ def test_section_of_a_formula(angle):
 
 def test_samples_at_the_angle_are_taken_as_they_are():
     """Nothing is interpolated where a sample stands."""
-    record = made()
+    record = record_of()
     assert (
         section(record, "slider.ax", settle=0.0)[:, 0] == record.values("bodies/slider/ax")[::50]
     ).all()
@@ -61,7 +61,7 @@ def test_samples_at_the_angle_are_taken_as_they_are():
 )
 def test_sections_know_start_and_sense_of_the_drive(speed, start):
     """Each passage is at the angle, to rounding, one a turn."""
-    record = made(speed=speed, start=start)
+    record = record_of(speed=speed, start=start)
     times = section_times(record, 1.0, settle=0.0)
     np.testing.assert_allclose(
         np.mod(start + speed * times - 1.0 + np.pi, 2.0 * np.pi), np.pi, atol=1e-9
@@ -71,7 +71,7 @@ def test_sections_know_start_and_sense_of_the_drive(speed, start):
 
 def test_the_start_of_a_drive_that_does_not_say_it():
     """It is that of the crank's stored angle, or zero."""
-    record = made(start=None)
+    record = record_of(start=None)
     assert section_times(record, 0.0, 0.0)[0] == 0.0
     record.data["bodies/crank/theta"] = 0.5 + 2.0 * np.pi * record.time
     assert section_times(record, 1.0, 0.0)[0] == pytest.approx(0.5 / (2.0 * np.pi), rel=1e-12)
@@ -104,8 +104,8 @@ def test_a_lubricated_feeder_is_periodic():
 
 def test_short_runs_have_no_section():
     """Sections of no passage have no rows."""
-    assert section(made(turns=1), ["slider.x", "slider.vx"], settle=2.0).shape == (0, 2)
-    assert section(made(turns=2), "slider.x", settle=2.0).shape == (1, 1)  # the end counts
+    assert section(record_of(turns=1), ["slider.x", "slider.vx"], settle=2.0).shape == (0, 2)
+    assert section(record_of(turns=2), "slider.x", settle=2.0).shape == (1, 1)  # the end counts
     assert section(Formula([], {"bodies/slider/x": []}), "slider.x").shape == (0, 1)
 
 
@@ -124,7 +124,7 @@ def test_short_runs_have_no_section():
 def test_bad_sections(options, message):
     """Angles, settling times and channels that cannot be are refused."""
     with pytest.raises(ValueError, match=message):
-        section(made(), **{"channels": ["slider.x"]} | options)
+        section(record_of(), **{"channels": ["slider.x"]} | options)
 
 
 def test_no_section_without_a_drive(tmp_path):

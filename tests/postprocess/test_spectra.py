@@ -15,7 +15,7 @@ def signal(t):
     return MEAN + sum(a * np.sin(2.0 * np.pi * k * t + 0.3 * k) for k, a in PARTS.items())
 
 
-def made(time, path="joints/C/force_x", **options):
+def series(time, path="joints/C/force_x", **options):
     return Formula(time, {path: signal}, **options)
 
 
@@ -28,7 +28,7 @@ def test_a_sum_of_sinusoids(window, turns, validated):
     That holds for the smallest amplitude too, 2000 times smaller than the largest, for the three
     lines of a periodic Hann window do not reach the next harmonic.
     """
-    lines = spectrum(made(np.arange(round(400 * turns) + 1) / 400.0), "C.force_x", window=window)
+    lines = spectrum(series(np.arange(round(400 * turns) + 1) / 400.0), "C.force_x", window=window)
     assert lines.turns == int(turns)
     assert lines.resolution == pytest.approx(1.0 / int(turns), rel=1e-12)
     at = {k: lines.amplitude[k * lines.turns] for k in range(200)}
@@ -51,7 +51,7 @@ def test_samples_that_do_not_divide_a_turn():
     Four points err by 3 (w h)^4 / 128 at worst, of a sinusoid: 2e-4 at order 7, 0.18 at order 40,
     of which the smallest amplitude is 1e-3, so 2e-4 of the unit again.
     """
-    lines = spectrum(made(np.arange(1200) / 150.5), "C.force_x")
+    lines = spectrum(series(np.arange(1200) / 150.5), "C.force_x")
     assert lines.turns == 7
     for order, amplitude in PARTS.items():
         assert lines.amplitude[order * 7] == pytest.approx(amplitude, abs=1e-3)
@@ -97,18 +97,18 @@ def test_between_two_frequencies(window, loss, validated):
 
 def test_one_turn_has_no_window():
     """A single turn is taken as it is."""
-    lines = spectrum(made(np.arange(401) / 400.0), "C.force_x")
+    lines = spectrum(series(np.arange(401) / 400.0), "C.force_x")
     assert (lines.turns, lines.window) == (1, "none")
     assert lines.amplitude[2] == pytest.approx(0.3, rel=1e-9)
 
 
 def test_without_a_drive():
     """All samples of a run that nothing drives; 0.5 Hz is its resolution."""
-    lines = spectrum(made(np.linspace(0.0, 2.0, 401), speed=None), "C.force_x", window="none")
+    lines = spectrum(series(np.linspace(0.0, 2.0, 401), speed=None), "C.force_x", window="none")
     assert lines.turns is None
     assert lines.resolution == pytest.approx(1.0 / (401 * 0.005), rel=1e-12)
     uneven = np.sort(np.random.default_rng(5).uniform(0.0, 2.0, 3000))
-    again = spectrum(made(uneven, speed=None), "C.force_x")
+    again = spectrum(series(uneven, speed=None), "C.force_x")
     # 1 Hz; not of complete periods exactly
     assert again.amplitude[2] == pytest.approx(2.0, rel=1e-2)
 
@@ -118,20 +118,20 @@ def test_what_has_no_spectrum():
     with pytest.raises(
         ValueError, match="formula has 0.5 turns after turn 0; a spectrum needs one"
     ):
-        spectrum(made(np.arange(201) / 400.0), "C.force_x")
+        spectrum(series(np.arange(201) / 400.0), "C.force_x")
     with pytest.raises(ValueError, match="formula has 5 samples after turn 0; a spectrum needs 8"):
-        spectrum(made(np.linspace(0.0, 3.0, 5)), "C.force_x")
+        spectrum(series(np.linspace(0.0, 3.0, 5)), "C.force_x")
     with pytest.raises(ValueError, match="window must be one of hann, none; got 'flat'"):
-        spectrum(made(np.arange(801) / 400.0), "C.force_x", window="flat")
+        spectrum(series(np.arange(801) / 400.0), "C.force_x", window="flat")
     with pytest.raises(ValueError, match="no channel 'C.gap'"):
-        spectrum(made(np.arange(801) / 400.0), "C.gap")
+        spectrum(series(np.arange(801) / 400.0), "C.gap")
 
 
 def test_samples_too_coarse():
     """Noise leaves half of its power unresolved, sinusoids nothing."""
     time = np.arange(801) / 400.0
     noise = np.random.default_rng(2).normal(size=801)
-    assert spectrum(made(time), "C.force_x").unresolved < 1e-20
+    assert spectrum(series(time), "C.force_x").unresolved < 1e-20
     assert spectrum(
         Formula(time, {"joints/C/force_x": noise}), "C.force_x"
     ).unresolved == pytest.approx(0.5, abs=0.1)

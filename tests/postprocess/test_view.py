@@ -54,8 +54,8 @@ def test_columns_come_back(kind, values):
     """Packed numbers are unpacked as they were, in their precision."""
     pack = Pack()
     pack.add(np.arange(5.0), "f8")
-    place = pack.add(np.array(values), kind)
-    actual = unpacked(pack.text(), place)
+    block = pack.add(np.array(values), kind)
+    actual = unpacked(pack.text(), block)
     np.testing.assert_array_equal(actual, np.array(values).astype(actual.dtype))
     assert pack.size == 40 + actual.nbytes
 
@@ -120,7 +120,7 @@ def test_thinning_keeps_every_extreme(folder, monkeypatch):
     text, starts = run.pack.text(), run.thinning.starts
     assert len(starts) <= 30 // moving.THINNED < len(record.time)
     for path in ("bodies/slider/ax", "joints/C/gap"):
-        at, low, high = (unpacked(text, place) for place in run.facts["columns"][path])
+        at, low, high = (unpacked(text, block) for block in run.facts["columns"][path])
         values = record.values(path).astype("f4")
         np.testing.assert_array_equal(at, values[starts])
         parts = np.split(values, starts[1:])
@@ -189,8 +189,8 @@ def test_worn_outlines_go_with_their_joint(tmp_path):
     run = cl.simulate(cl.Scene(*joints.values(), *scene.loads), turns=0.1)
     facts, blocks = facts_of(cl.view(run, tmp_path / "worn.html"))
     (lens,) = facts["runs"][0]["lenses"]
-    for place, values in zip(lens["worn"], depths.values(), strict=True):
-        np.testing.assert_array_equal(unpacked(blocks[0], place), values.astype("f4"))
+    for block, values in zip(lens["worn"], depths.values(), strict=True):
+        np.testing.assert_array_equal(unpacked(blocks[0], block), values.astype("f4"))
     (fresh,) = facts_of(cl.view(cl.simulate(scene, turns=0.1), tmp_path / "new.html"))[0]["runs"]
     assert "worn" not in fresh["lenses"][0]
 
@@ -399,9 +399,9 @@ def test_it_plays_and_takes_keys(runs):
     runs.wait_for_timeout(200)
     runs.keyboard.press("Space")
     assert runs.evaluate("page.x > page.window[0] && !page.playing")
-    place = runs.evaluate("page.runs[0].place(page.x, page.kind)[0]")
+    sample = runs.evaluate("page.runs[0].place(page.x, page.kind)[0]")
     runs.keyboard.press("ArrowRight")
-    assert runs.evaluate("page.runs[0].place(page.x, page.kind)") == [place + 1, 0]
+    assert runs.evaluate("page.runs[0].place(page.x, page.kind)") == [sample + 1, 0]
 
 
 def test_users25_the_key_of_help(runs):

@@ -487,7 +487,7 @@ def deviations(run: Run, actual: Tables, reference: Tables) -> dict[str, float]:
 
 def _of_channels(run: Trajectory, actual: Tables, reference: Tables) -> dict[str, float]:
     """Each channel against the largest value among those of its group that have its units."""
-    place = {p: i for i, p in enumerate(actual["channels"]["path"])}
+    column = {p: i for i, p in enumerate(actual["channels"]["path"])}
     paths, values = reference["channels"]["path"], reference["samples"]["values"]
     kinds = [
         (p.rpartition("/")[0], units)
@@ -499,7 +499,7 @@ def _of_channels(run: Trajectory, actual: Tables, reference: Tables) -> dict[str
     off = {}
     for i, (path, kind) in enumerate(zip(paths, kinds, strict=True)):
         share = run.energy if run.energy and kind[0] == "energy" else run.share
-        far = np.abs(actual["samples"]["values"][:, place[path]] - values[:, i]).max()
+        far = np.abs(actual["samples"]["values"][:, column[path]] - values[:, i]).max()
         off[path] = far / (share * sizes[kind]) if sizes[kind] else far
     return off
 

@@ -141,11 +141,11 @@ def test_a_checkpoint_that_finds_no_room_keeps_the_one_before(tmp_path, monkeypa
     """The last checkpoint that fitted stays."""
     path, saved = tmp_path / "run.h5", []
 
-    def full(place, state):
-        saved.append(place)
+    def full(path, state):
+        saved.append(path)
         if len(saved) == 2:
             raise OSError(28, "No space left on device")
-        save(place, state)
+        save(path, state)
 
     save = checkpoint.save
     monkeypatch.setattr(checkpoint, "save", full)
@@ -191,7 +191,7 @@ def test_a_call_from_python_has_the_result(tmp_path, monkeypatch):
 @pytest.mark.parametrize("rows", [7, 1024, 5000])
 def test_no_piece_takes_more_than_was_claimed(tmp_path, monkeypatch, compression, rows):
     """Nor opening, nor closing; many small pieces, and such that fill more than a chunk."""
-    flush, place, grown = Stream.flush, Stream._place, []
+    flush, placing, grown = Stream.flush, Stream._place, []
 
     def measured(sink):
         before, due = sink.flushed, sink.due
@@ -201,7 +201,7 @@ def test_no_piece_takes_more_than_was_claimed(tmp_path, monkeypatch, compression
     def closed(sink):
         sink.file.flush()
         grown.append((sink.file.id.get_filesize() - sink.flushed, sink.closing))
-        place(sink)
+        placing(sink)
 
     monkeypatch.setattr(simulation, "SHORT", 0)
     monkeypatch.setattr(Stream, "flush", measured)

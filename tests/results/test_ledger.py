@@ -48,17 +48,15 @@ def hard(a, b, name, clearance, law=None, **more):
     )
 
 
-def free(name, joint=hard, place=0.0, velocity=(0.3, 0.1), spin=0.0, mass=0.5, **more):
+def free(name, joint=hard, x=0.0, velocity=(0.3, 0.1), spin=0.0, mass=0.5, **more):
     """A clearance joint that holds a body to ground; the body is free otherwise."""
-    ball = cl.Body(
-        name, mass, 1e-4, position=(place, 0.0), velocity=velocity, angular_velocity=spin
-    )
-    return joint(cl.ground.at(place, 0.0), ball, name, C, eccentricity_rate=velocity, **more)
+    ball = cl.Body(name, mass, 1e-4, position=(x, 0.0), velocity=velocity, angular_velocity=spin)
+    return joint(cl.ground.at(x, 0.0), ball, name, C, eccentricity_rate=velocity, **more)
 
 
-def hinged(name, spin, inertia=2e-3, place=0.0):
-    wheel = cl.Body(name, 1.0, inertia, position=(place, 0.0), angular_velocity=spin)
-    return wheel, cl.Revolute(cl.ground.at(place, 0.0), wheel, name=name)
+def hinged(name, spin, inertia=2e-3, x=0.0):
+    wheel = cl.Body(name, 1.0, inertia, position=(x, 0.0), angular_velocity=spin)
+    return wheel, cl.Revolute(cl.ground.at(x, 0.0), wheel, name=name)
 
 
 def steered(damping=(0.4, 0.02), crank_speed=3.0, elbow_speed=-5.0):
@@ -156,7 +154,7 @@ def test_two_dry_joints_each_take_out_what_their_own_body_loses(friction):
             "soft",
             velocity=(-0.2, 0.3),
             spin=-90.0,
-            place=0.2,
+            x=0.2,
             mass=0.2,
             law=bouncy(0.5),
             friction=friction,
@@ -216,7 +214,7 @@ def test_film_and_contact_side_by_side():
     """
     scene = cl.Scene(
         free("wet", joint=m.film, velocity=(0.02, 0.01), spin=30.0),
-        free("ball", place=0.2, velocity=(0.2, 0.0)),
+        free("ball", x=0.2, velocity=(0.2, 0.0)),
         gravity=(0.0, 0.0),
     )
     result = cl.simulate(scene, until=5e-3, rtol=1e-10, samples=501)

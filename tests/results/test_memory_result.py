@@ -20,11 +20,11 @@ CASES = [
 ]
 
 
-def same(one, other, place: str) -> None:
+def same(one, other, path: str) -> None:
     """Equal values of equal kinds; texts may have more room in a file."""
     one, other = np.asarray(one), np.asarray(other)
-    assert one.dtype == other.dtype or one.dtype.kind == other.dtype.kind == "U", place
-    np.testing.assert_array_equal(one, other, place)
+    assert one.dtype == other.dtype or one.dtype.kind == other.dtype.kind == "U", path
+    np.testing.assert_array_equal(one, other, path)
 
 
 def compare(one, other, group: str = "") -> int:
@@ -43,12 +43,12 @@ def compare(one, other, group: str = "") -> int:
     return count
 
 
-def _compare_attributes(one, other, place: str) -> None:
-    about, filed = dict(one.attributes(place)), dict(other.attributes(place))
-    assert filed.keys() - FORM == about.keys(), place
+def _compare_attributes(one, other, path: str) -> None:
+    about, filed = dict(one.attributes(path)), dict(other.attributes(path))
+    assert filed.keys() - FORM == about.keys(), path
     for name, value in about.items():
         assert isinstance(value, str) == isinstance(filed[name], str)
-        same(value, filed[name], f"{place} {name}")
+        same(value, filed[name], f"{path} {name}")
 
 
 @pytest.mark.parametrize(("case", "values", "options"), CASES)
@@ -75,11 +75,11 @@ def test_reads_as_its_file(tmp_path, case, values, options):
 def test_no_file_is_made_unasked(monkeypatch):
     """Neither by a run in memory nor by looks at its numbers."""
 
-    def made(*_):
+    def refuse(*_):
         raise AssertionError("a file is made")
 
-    monkeypatch.setattr(ShortFile, "_made", made)
-    monkeypatch.setattr(tables, "in_memory", made)
+    monkeypatch.setattr(ShortFile, "_made", refuse)
+    monkeypatch.setattr(tables, "in_memory", refuse)
     result = cl.simulate(cl.load_case("slider_crank", model="lubricated"), turns=1)
     assert result.errors
     assert result.solver["steps"] > 0

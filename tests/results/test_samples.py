@@ -65,9 +65,9 @@ def test_a_full_disk_leaves_them_in_memory(monkeypatch):
                 raise OSError(errno.ENOSPC, "full")
             return self.file.write(data)
 
-    made = samples.tempfile.TemporaryFile
+    real = samples.tempfile.TemporaryFile
     for writes in range(8):
-        monkeypatch.setattr(samples.tempfile, "TemporaryFile", lambda w=writes: Full(made(), w))
+        monkeypatch.setattr(samples.tempfile, "TemporaryFile", lambda w=writes: Full(real(), w))
         one, times, rows = taken(random, 3, 6)
         assert one.refused
         assert len(one.stored) <= writes // 2
@@ -85,7 +85,7 @@ def test_errors_of_a_long_run_do_not_depend_on_the_room(monkeypatch, tmp_path):
         lambda s, i: in_memory.append(sum(t.size for t, _ in s.held)) or columns(s, i),
     )
 
-    def made(room: int, name: str) -> tuple:
+    def numbers(room: int, name: str) -> tuple:
         in_memory.clear()
         monkeypatch.setattr(samples, "ROOM", room)
         scene = cl.load_case("slider_crank", model="lubricated")
@@ -95,7 +95,7 @@ def test_errors_of_a_long_run_do_not_depend_on_the_room(monkeypatch, tmp_path):
             }
             return values, dict(run.errors), run.errors.channels, max(in_memory)
 
-    held, stored = made(10**9, "held.h5"), made(0, "stored.h5")
+    held, stored = numbers(10**9, "held.h5"), numbers(0, "stored.h5")
     assert held[:3] == stored[:3]
     assert (held[3], stored[3]) == (1601, 0)
 

@@ -54,14 +54,14 @@ def test_an_image_gives_the_same_file(tmp_path, monkeypatch, model, turns, optio
         run(tmp_path / f"{name}.h5", model, turns, **options)
     assert [type(image) for image in short_file._images.values()] == [Image]
     run(tmp_path / "filled.h5", model, turns, rtol=3e-6, **options)
-    made = len(short_file._images)
+    count = len(short_file._images)
     monkeypatch.setattr(hdf5_image, "available", lambda: False)
     run(tmp_path / "written.h5", model, turns, rtol=3e-6, **options)
     filled, written = (content(tmp_path / f"{n}.h5") for n in ("filled", "written"))
     assert filled.keys() == written.keys()
-    for place, parts in written.items():
-        np.testing.assert_equal(filled[place], parts, err_msg=place)
-    assert made == 1 or model == "dry"  # contacts may need another number of chunks
+    for item, parts in written.items():
+        np.testing.assert_equal(filled[item], parts, err_msg=item)
+    assert count == 1 or model == "dry"  # contacts may need another number of chunks
 
 
 def test_frames_that_a_profiler_keeps_are_in_nobodys_way(tmp_path, monkeypatch):
@@ -102,10 +102,10 @@ def test_a_damaged_file_from_an_image_is_seen(tmp_path, monkeypatch):
         run(tmp_path / f"{name}.h5", "ideal", error=None)
     path = tmp_path / "filled.h5"
     with h5py.File(path) as file:
-        place = file["bodies/slider/x"].id.get_chunk_info(0).byte_offset
+        offset = file["bodies/slider/x"].id.get_chunk_info(0).byte_offset
         head = h5py.h5o.get_info(file["bodies/slider/x"].id).addr
     data = path.read_bytes()
-    for at in (place + 17, header(data, head).attributes["actual_range"][0]):
+    for at in (offset + 17, header(data, head).attributes["actual_range"][0]):
         path.write_bytes(data[:at] + bytes([data[at] ^ 4]) + data[at + 1 :])
         with pytest.raises(ValueError, match="filled.h5"):
             content_read(path)

@@ -74,9 +74,9 @@ def test_the_command_line(result, tmp_path, monkeypatch, typed):
     printed = typed("run", result, "--again").out
     assert "given        model = dry" in printed
     assert "every number is that of run.h5, to the last bit" in printed
-    with cl.open_result("run_again.h5") as made, cl.open_result(result) as first:
-        assert made.file.attrs["case_file"] == first.file.attrs["case_file"] == "four_bar"
-        assert differences(first, made) == {}
+    with cl.open_result("run_again.h5") as second, cl.open_result(result) as first:
+        assert second.file.attrs["case_file"] == first.file.attrs["case_file"] == "four_bar"
+        assert differences(first, second) == {}
     for words, reason in (
         (["--rtol", "1e-4"], "--rtol beside --again"),
         (["-p", "model=dry"], "-p beside --again"),

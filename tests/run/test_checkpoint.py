@@ -164,8 +164,8 @@ def test_a_checkpoint_of_another_kind_is_refused(part, tmp_path):
     """
     path, scene = tmp_path / "run.h5", cl.load_case("slider_crank", model="dry")
     interrupted(path, scene)
-    place = parts_folder(path) / "state.npz"
-    state, rng = load(place), random.Random(part)
+    file = parts_folder(path) / "state.npz"
+    state, rng = load(file), random.Random(part)
     assert {"record.low", "ledger.worst", "last.row", "method", "changes", "stretches"} <= {*state}
     for name in [*state][part::4]:
         values = [np.array("a text"), np.zeros((2, 2, 2)), None]
@@ -173,7 +173,7 @@ def test_a_checkpoint_of_another_kind_is_refused(part, tmp_path):
             values += [state[name] * np.nan if state[name].dtype.kind == "f" else np.array(-1)]
         value = rng.choice(values)
         changed = {n: v for n, v in state.items() if n != name or value is not None}
-        save(place, changed if value is None else changed | {name: value})
+        save(file, changed if value is None else changed | {name: value})
         if value is None and name.startswith(("ledger.last", "ledger.since", "last.")):
             continue  # a run that has not begun has none
         if str(value) == "a text" and name in ("reason", "dead_centre"):
@@ -183,7 +183,7 @@ def test_a_checkpoint_of_another_kind_is_refused(part, tmp_path):
             reason = r"state\.npz is no JSON|holds checkpoints of another version"
         with pytest.raises(ValueError, match=reason):
             cl.simulate(scene, turns=200, path=path, checkpoint=1.0)
-    save(place, state)
+    save(file, state)
     assert cl.simulate(scene, turns=200, path=path, checkpoint=1.0).complete
 
 

@@ -97,8 +97,8 @@ def test_users12_a_scene_is_swept_over_its_numbers(tmp_path):
     torque = swept.metrics["drive_wheel_torque_max"]
     np.testing.assert_allclose(torque / torque[0], masses, rtol=1e-6)
     assert cl.open_sweep(tmp_path / "plain").done.all()
-    made = cl.load_case("slider_crank", model="ideal", speed=20.0)
-    swept = cl.sweep(made, cl.grid(speed=[10.0, 20.0]), tmp_path / "made", turns=1, workers=1)
+    base = cl.load_case("slider_crank", model="ideal", speed=20.0)
+    swept = cl.sweep(base, cl.grid(speed=[10.0, 20.0]), tmp_path / "made", turns=1, workers=1)
     assert swept.definition.fixed == {"model": "ideal"}
     with pytest.raises(ValueError, match="has no parameter 'spead'"):
         cl.sweep(scene, cl.grid(spead=[1.0, 2.0]), tmp_path / "other", turns=1)

@@ -10,27 +10,27 @@ from clearance.scene.catalogue import find_case
 from tests.random_scenes import draw
 
 
-def body(**given):
-    return cl.Body("crank", **{"mass": 1.0, "inertia": 0.01, "points": {"A": (0.1, 0.0)}} | given)
+def body(**values):
+    return cl.Body("crank", **{"mass": 1.0, "inertia": 0.01, "points": {"A": (0.1, 0.0)}} | values)
 
 
-def joint(**given):
+def joint(**values):
     numbers = {
         "radius": 0.01,
         "clearance": 1e-4,
         "length": 0.02,
         "contact": cl.hertz(stiffness=1e9),
     }
-    return cl.ClearanceRevolute(cl.ground, body()["A"], name="J", **numbers | given)
+    return cl.ClearanceRevolute(cl.ground, body()["A"], name="J", **numbers | values)
 
 
-def oiled(**given):
-    numbers = {"contact": None, "film": cl.films.short(), "lubricant": cl.Lubricant(**given)}
+def oiled(**values):
+    numbers = {"contact": None, "film": cl.films.short(), "lubricant": cl.Lubricant(**values)}
     return joint(**numbers)
 
 
-def slide(**given):
-    return cl.Drive(cl.Prismatic(cl.ground, body(), name="guide"), **given)
+def slide(**values):
+    return cl.Drive(cl.Prismatic(cl.ground, body(), name="guide"), **values)
 
 
 def doubts(*parts):
@@ -62,25 +62,25 @@ SLIPS = [
 NAMES = [f"{field} in {other}" for _, field, _, other, _ in SLIPS]
 
 
-@pytest.mark.parametrize(("made", "field", "unit", "other", "bounds"), SLIPS, ids=NAMES)
-def test_users16_a_number_in_another_unit_is_doubted(made, field, unit, other, bounds):
+@pytest.mark.parametrize(("element", "field", "unit", "other", "bounds"), SLIPS, ids=NAMES)
+def test_users16_a_number_in_another_unit_is_doubted(element, field, unit, other, bounds):
     """Field, value, unit, and the unit meant, at a hundred numbers; none for the right number."""
     rng = random.Random(field)
     for _ in range(100):
         value = math.exp(rng.uniform(*map(math.log, bounds)))
-        texts = doubts(made(**{field: value}))
+        texts = doubts(element(**{field: value}))
         wanted = f"{field} is {value:g} {unit}, usual is "
         assert any(wanted in t and t.endswith(f"; {value:g} {other}?") for t in texts), texts
-        assert doubts(made(**{field: f"{value!r} {other}"})) == []
+        assert doubts(element(**{field: f"{value!r} {other}"})) == []
 
 
-@pytest.mark.parametrize(("made", "field"), [slip[:2] for slip in SLIPS], ids=NAMES)
-def test_users16_a_text_has_its_unit(made, field):
+@pytest.mark.parametrize(("element", "field"), [slip[:2] for slip in SLIPS], ids=NAMES)
+def test_users16_a_text_has_its_unit(element, field):
     """As in scene files; another kind of unit is refused with the field."""
     with pytest.raises(ValueError, match=f"{field}: '3 K' is in K, expected"):
-        made(**{field: "3 K"})
+        element(**{field: "3 K"})
     with pytest.raises(ValueError, match=f"{field}: 'much' is not a number with"):
-        made(**{field: "much"})
+        element(**{field: "much"})
 
 
 def test_texts_of_vectors_and_of_parameters():

@@ -62,23 +62,23 @@ def written(folder: Path, draw: random.Random, factor: float) -> tuple[Path, Pat
     words, inner = {"n": name, "p": package}, "{p}" in statement
     statement, law, late = statement.format(**words), law.format(**words), draw.random() < 0.4
     late = late and "*" not in statement
-    place = folder / package if inner else folder
-    place.mkdir(parents=True, exist_ok=True)
-    if place != folder and draw.random() < 0.5:
-        (place / "__init__.py").write_text(draw.choice(["", "from . import deeper\n"]))
-        (place / "deeper.py").write_text("")
+    home = folder / package if inner else folder
+    home.mkdir(parents=True, exist_ok=True)
+    if home != folder and draw.random() < 0.5:
+        (home / "__init__.py").write_text(draw.choice(["", "from . import deeper\n"]))
+        (home / "deeper.py").write_text("")
     more = ""
     if draw.random() < 0.5:  # the neighbour has a neighbour
         (folder / "deepest.py").write_text(f"factor = {factor!r}\n")
         more, shown = "from deepest import factor\n", "factor"
     else:
         shown = repr(factor)
-    (place / f"{name}.py").write_text(LAW.format(more=more, factor=shown))
+    (home / f"{name}.py").write_text(LAW.format(more=more, factor=shown))
     case = folder / f"{draw.choice(['mein fall', 'case_1', 'maße'])}.py"
     imports, inside = ("", statement) if late else (statement, "pass")
     bound = f"{law}(coefficient=0.2)"
     case.write_text(CASE.format(imports=imports, late=inside, law=bound))
-    return case, (folder / "deepest.py") if more else (place / f"{name}.py")
+    return case, (folder / "deepest.py") if more else (home / f"{name}.py")
 
 
 def drag(scene: cl.Scene) -> float:

@@ -80,11 +80,11 @@ def test_a_scene_file_is_the_scene_of_the_case(tmp_path):
     number.
     """
     case = case_of(tmp_path, FEEDER)
-    given = {"speed": cl.rpm(200), "viscosity": 0.004, "clearance": 2e-4}
+    values = {"speed": cl.rpm(200), "viscosity": 0.004, "clearance": 2e-4}
     expected = cl.load_case(
-        "six_bar_feeder", model="mixed", transition="fuzzy", friction_coefficient=0.08, **given
+        "six_bar_feeder", model="mixed", transition="fuzzy", friction_coefficient=0.08, **values
     )
-    assert case.scene(**given).to_json() == expected.to_json()
+    assert case.scene(**values).to_json() == expected.to_json()
     assert case.parameters["speed"].units == "rad/s"
     assert case.parameters["speed"].text == "crank speed"
 
@@ -281,13 +281,13 @@ def test_a_law_in_a_file_beside_and_other_elements(tmp_path):
         housing = { capacity = "100 J/K", conductance = "2 W/K" }
         """,
     )
-    made = scene.scene()
-    assert made.clearance_joints[0].contact.values == {"stiffness": 1000.0}
-    assert made.clearance_joints[0].friction is None
-    assert made.drives[0].target is made.joints[0]
-    assert made.drives[0].torque.values == {"stall": 2.0, "no_load": cl.rpm(300)}
-    assert made.loads[1].capacity == 100.0
-    assert cl.Scene.from_json(made.to_json()).to_json() == made.to_json()
+    built = scene.scene()
+    assert built.clearance_joints[0].contact.values == {"stiffness": 1000.0}
+    assert built.clearance_joints[0].friction is None
+    assert built.drives[0].target is built.joints[0]
+    assert built.drives[0].torque.values == {"stall": 2.0, "no_load": cl.rpm(300)}
+    assert built.loads[1].capacity == 100.0
+    assert cl.Scene.from_json(built.to_json()).to_json() == built.to_json()
 
 
 # --- scenes as JSON
@@ -380,8 +380,8 @@ def test_a_new_python_case_is_the_same_scene(name, tmp_path, monkeypatch, typed)
     typed("new", name, "--python")
 
     file, python = find_case(templates.path_of(name)), find_case(f"./{name}.py")
-    given = {"speed": 12.0, "clearance": 1.5e-4}
-    assert python.scene(**given).to_json() == file.scene(**given).to_json()
+    values = {"speed": 12.0, "clearance": 1.5e-4}
+    assert python.scene(**values).to_json() == file.scene(**values).to_json()
     assert python.parameters == file.parameters
     assert python.summary == file.summary
 
@@ -452,8 +452,8 @@ WRITTEN = [
 def test_a_case_as_a_scene_file(name, values, tmp_path, typed):
     """Written and read back: the same scene, number by number."""
     path = tmp_path / "case.toml"
-    given = [word for n, v in values.items() for word in ("-p", f"{n}={v}")]
-    typed("new", f"{library()}/{name}.py", *given, "-o", path)
+    words = [word for n, v in values.items() for word in ("-p", f"{n}={v}")]
+    typed("new", f"{library()}/{name}.py", *words, "-o", path)
     assert find_case(path).scene().to_json() == cl.load_case(name, **values).to_json()
 
 
@@ -582,8 +582,8 @@ def test_the_oil_of_a_grade(tmp_path):
     """It is that of `cl.oil`, and a parameter may name another one."""
     text = FEEDER.replace('viscosity = "5 cP"', 'viscosity = "5 cP"\noil = "ISO-VG-46@60C"')
     case = case_of(tmp_path, text.replace('oil = { viscosity = "$viscosity" }', 'oil = "$oil"'))
-    for given, grade, temperature in (({}, "ISO VG 46", 60), ({"oil": "SAE 30@80C"}, "SAE 30", 80)):
-        (joint,) = (j for j in case.scene(**given).joints if j.name == "B")
+    for extra, grade, temperature in (({}, "ISO VG 46", 60), ({"oil": "SAE 30@80C"}, "SAE 30", 80)):
+        (joint,) = (j for j in case.scene(**extra).joints if j.name == "B")
         assert joint.lubricant == cl.oil(grade, temperature=temperature)
 
 

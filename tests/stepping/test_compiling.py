@@ -102,8 +102,8 @@ def test_the_garbage_collector_rests_while_numba_compiles(tmp_path, monkeypatch)
 
     assert gc.isenabled()
     options = {"pipeline_class": Watching, "_nrt": False}
-    made = store.cached(doubled, numba.float64(numba.float64), "test", **options)
-    assert made(1.5) == 3.0
+    compiled = store.cached(doubled, numba.float64(numba.float64), "test", **options)
+    assert compiled(1.5) == 3.0
     with pytest.raises(numba.TypingError):
         store.cached(wrong, numba.float64(numba.float64), "test", **options)
     assert seen == [False, False]

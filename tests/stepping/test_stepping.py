@@ -72,8 +72,8 @@ def test_order(method, order, steps, validated):
     (e1, n1), (e2, n2) = (fixed_step_error(method, n, reference) for n in steps)
     actual = math.log(e1 / e2) / math.log(n2 / n1)
     assert actual < order + 1.5
-    what = f"order of {method}, or more"
-    validated(what, min(actual, order), order, 0.5, source=ORDERS[method], relative=False)
+    label = f"order of {method}, or more"
+    validated(label, min(actual, order), order, 0.5, source=ORDERS[method], relative=False)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -175,7 +175,7 @@ def test_hertz_impact_without_gravity(validated):
     scene = ball(stiffness=stiffness, mass=mass, gravity=(0.0, 0.0), eccentricity_rate=(v, 0.0))
     events = cl.simulate(scene, until=0.01, rtol=1e-11).events
     depth = (1.25 * mass * v**2 / stiffness) ** 0.4
-    for what, wanted, tolerance, unit in (
+    for column, wanted, tolerance, unit in (
         ("impact_speed", v, 1e-12, "m/s"),
         ("peak_penetration", depth, 1e-9, "m"),
         ("peak_force", stiffness * depth**1.5, 1e-9, "N"),
@@ -183,7 +183,7 @@ def test_hertz_impact_without_gravity(validated):
         ("separation_speed", v, 1e-9, "m/s"),
     ):
         options = {"unit": unit, "source": "Hertz' elastic impact", "kind": "exact"}
-        validated(what.replace("_", " "), events[what][0], wanted, tolerance, **options)
+        validated(column.replace("_", " "), events[column][0], wanted, tolerance, **options)
 
 
 def test_impacts_are_neither_missed_nor_counted_twice(validated):
@@ -369,9 +369,9 @@ def test_M1_contacts_that_change_at_nearly_the_same_instant(every):
     def hung(i, clearance):
         bob = cl.Body(f"b{i}", 1.0, 1e-3, points={"p": (0, 0)})
         law = cl.lankarani_nikravesh(stiffness=1e9, restitution=0.9, exponent=1.5)
-        place = cl.ground.at(i, 0)
+        hook = cl.ground.at(i, 0)
         joint = cl.ClearanceRevolute(
-            place, bob["p"], name=f"J{i}", radius=0.01, clearance=clearance, contact=law
+            hook, bob["p"], name=f"J{i}", radius=0.01, clearance=clearance, contact=law
         )
         return joint, cl.TorsionSpring(cl.ground, bob, stiffness=1.0, name=f"s{i}")
 

@@ -12,7 +12,7 @@ from clearance.studies.benchmark.foreign import foreign
 from clearance.studies.benchmark.problems import PROBLEMS, benchmark, named
 from clearance.studies.benchmark.rows import references, source
 from tests.oracles.benchmark.__main__ import unit
-from tests.oracles.benchmark.rotating_load import place
+from tests.oracles.benchmark.rotating_load import steady
 from tests.oracles.exudyn import Exudyn
 
 ROOT = Path(__file__).parents[2]
@@ -85,8 +85,8 @@ def test_other_films_are_within_the_errors():
     soft = MemoryFilm(bearing, (256, 24), 1e-12, conserving=False)
     films = {"finite": finite, "elastic": lambda e: soft.trial(e, 0, 0, 0, 200.0, 1e9)[:2, 0]}
     for name, film in films.items():
-        for what, value in zip(("ratio", "lead"), place(film, 1000.0, 0.65, 0.72), strict=True):
-            row = rows[f"{name}_{what}"]
+        for kind, value in zip(("ratio", "lead"), steady(film, 1000.0, 0.65, 0.72), strict=True):
+            row = rows[f"{name}_{kind}"]
             assert abs(value - row.value) <= SPREAD * row.error
 
 

@@ -69,7 +69,7 @@ def test_a_block_of_the_journal(tmp_path):
     only.
     """
     reference = {"force": ("N", "largest force")}
-    made = {"version": "1", "text": "abc"}
+    provenance = {"version": "1", "text": "abc"}
     block = [
         Outcome(
             i,
@@ -78,7 +78,7 @@ def test_a_block_of_the_journal(tmp_path):
             metrics={"force": 0.1 * i},
             known=reference,
             steps=i,
-            made=made,
+            made=provenance,
             together=True,
         )
         for i in range(3)
@@ -144,11 +144,11 @@ def test_points_that_are_known_make_no_object_each(tmp_path):
     points = cl.grid(speed=np.linspace(1.0, 2.0, 9))
     defined = define("slider_crank", points, {}, [], 0, None, (), {"turns": 1.0})
     keys, log = defined.keys, Journal(tmp_path)
-    made = {"text": "one"}
+    provenance = {"text": "one"}
 
     def ended(point, status=DONE, key=None, together=False):
         key = keys[point] if key is None else key
-        return Outcome(point, key, status, metrics={"m": 1.0}, made=made, together=together)
+        return Outcome(point, key, status, metrics={"m": 1.0}, made=provenance, together=together)
 
     log.add(ended(8, LOST), ended(7, FAILED), ended(0, FAILED))
     log.add(*(ended(i, together=True) for i in (0, 1, 2)), ended(3, together=True, key="other"))
@@ -159,4 +159,4 @@ def test_points_that_are_known_make_no_object_each(tmp_path):
     last = {o.index: o.status for o in listed}
     assert status.tolist() == [last.get(i, index.MISSING) for i in range(9)]
     assert {o.index: o.status for o in standing} == {7: FAILED, 0: DONE, 2: DONE, 8: DONE}
-    assert all(o.made == made and o.key == keys[o.index] for o in standing)
+    assert all(o.made == provenance and o.key == keys[o.index] for o in standing)

@@ -19,28 +19,28 @@ SMALL = {"points": 6, "turns": 1, "settle": 2, "samples_per_turn": 180, "fixed":
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def records(tmp_path_factory):
     """Six records of a lubricated slider-crank."""
     folder = tmp_path_factory.mktemp("set")
     return cl.dataset("slider_crank", folder, CHANNELS, seed=3, workers=1, **SMALL)
 
 
-def test_the_same_seed_gives_the_same_bytes(made, tmp_path):
+def test_the_same_seed_gives_the_same_bytes(records, tmp_path):
     """By two workers and from the command too, on another day; another seed gives others."""
     again = cl.dataset("slider_crank", tmp_path / "a", CHANNELS, seed=3, workers=2, **SMALL)
-    assert again.read_bytes() == made.read_bytes()
+    assert again.read_bytes() == records.read_bytes()
     options = [f"-p{n}={v}" for n, v in CASE.items()]
     call = ["dataset", "slider_crank", *options, "--channels", ",".join(CHANNELS), "--points", "6"]
     call += ["--turns", "1", "--samples-per-turn", "180", "--quiet", "-o", str(tmp_path / "b")]
     assert main([*call, "--seed", "3"]) == 0
-    assert (tmp_path / "b" / "records.h5").read_bytes() == made.read_bytes()
+    assert (tmp_path / "b" / "records.h5").read_bytes() == records.read_bytes()
     other = cl.dataset("slider_crank", tmp_path / "c", CHANNELS, seed=4, workers=1, **SMALL)
-    assert other.read_bytes() != made.read_bytes()
+    assert other.read_bytes() != records.read_bytes()
 
 
-def test_a_record_is_a_run_with_noise(made):
+def test_a_record_is_a_run_with_noise(records):
     """Noise of 1 % of the range about the run of the labels, to five deviations of 180 values."""
-    with h5py.File(made) as file:
+    with h5py.File(records) as file:
         labels = {n: v[()] for n, v in file["labels"].items()}
         actual = file["records/bodies_slider_ax"][2].astype(float)
         assert file["records/bodies_slider_ax"].attrs["units"] == "m/s2"
@@ -89,9 +89,9 @@ def test_a_mounted_sensor(tmp_path):
         cl.dataset("slider_crank", tmp_path / "c", "joints/C/force", mounting=0.1, **options)
 
 
-def test_the_card_names_what_it_is(made):
+def test_the_card_names_what_it_is(records):
     """Synthetic, its seed, ranges, sensor and version."""
-    text = made.with_name("card.md").read_text()
+    text = records.with_name("card.md").read_text()
     assert "null" not in text
     for part in (
         "**Synthetic**",
@@ -122,9 +122,9 @@ def test_usual_ranges_are_about_the_numbers_of_the_scene(case, fixed):
 
 
 @pytest.mark.slow
-def test_the_baseline_finds_the_labels(made, capsys):
+def test_the_baseline_finds_the_labels(records, capsys):
     """Within 30 % of clearance and viscosity, most of six within their intervals."""
-    scores = baseline(made, 6, starts=2)
+    scores = baseline(records, 6, starts=2)
     assert scores.keys() == {"clearance", "viscosity"}
     for row in scores.values():
         assert row["rms_of_logarithm"] < 0.3

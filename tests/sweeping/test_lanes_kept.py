@@ -118,10 +118,10 @@ def test_a_full_disk_at_the_journal(tmp_path, undisturbed, small_blocks, monkeyp
     monkeypatch.setattr(sys, "dont_write_bytecode", True)  # it would be cut
 
     def filled(lanes, *arguments):
-        made = run(lanes, *arguments)
+        block = run(lanes, *arguments)
         if size := journal.stat().st_size:
             resource.setrlimit(resource.RLIMIT_FSIZE, (size + 100, before[1]))
-        return made
+        return block
 
     monkeypatch.setattr(in_lanes.Lanes, "_run", filled)
     try:

@@ -58,8 +58,8 @@ def drag_link(values):
 
 def hung(values):
     """A body on two springs, its start from two lengths."""
-    place = (values["rod"] + values["spring"], 0.0)
-    body = cl.Body("body", 1.0, 1e-3, points={"a": (0.05, 0.0), "b": (-0.05, 0.0)}, position=place)
+    start = (values["rod"] + values["spring"], 0.0)
+    body = cl.Body("body", 1.0, 1e-3, points={"a": (0.05, 0.0), "b": (-0.05, 0.0)}, position=start)
     springs = {"stiffness": 400.0, "damping": 1.0, "free_length": 0.1}
     return cl.Scene(
         cl.SpringDamper(cl.ground.at(0.0, 0.0), body["a"], name="one", **springs),
@@ -109,13 +109,13 @@ def test_seconds_of_complete_turns():
     """
     columns = drawn(4, **LENGTHS)
     turn = 2.0 * np.pi / 60.0
-    made = []
+    metrics = []
     for options in ({"turns": 2.0}, {"until": 2.0 * turn, "samples": 801}):
         together = Together(slider_crank, columns, options, None)
         points = together.points(columns)
-        made.append(together.summing.metrics(together.answers(points), points))
-    for name, values in made[0].items():
-        np.testing.assert_allclose(made[1][name], values, rtol=1e-6, atol=1e-9, err_msg=name)
+        metrics.append(together.summing.metrics(together.answers(points), points))
+    for name, values in metrics[0].items():
+        np.testing.assert_allclose(metrics[1][name], values, rtol=1e-6, atol=1e-9, err_msg=name)
     with pytest.raises(NotForLanes, match="turns"):
         Together(slider_crank, columns | drawn(5, speed=60.0), {"until": 2.0 * turn}, None)
     with pytest.raises(NotForLanes, match="whole turns"):

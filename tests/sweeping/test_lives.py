@@ -133,7 +133,7 @@ def test_another_plan_is_another_sweep(lives):
 
 
 @pytest.mark.parametrize(
-    ("given", "reason"),
+    ("options", "reason"),
     [
         ({"life": {}}, "a life needs turns"),
         ({"life": {"turns": -1}}, "turns must be positive"),
@@ -147,10 +147,10 @@ def test_another_plan_is_another_sweep(lives):
         ),
     ],
 )
-def test_refused(tmp_path, given, reason):
+def test_refused(tmp_path, options, reason):
     """Bad plans by name and value, before anything is written."""
     with pytest.raises(ValueError, match=reason):
-        cl.sweep("wear_a", cl.grid(clearance=[1e-4, 2e-4]), tmp_path / "map", **given)
+        cl.sweep("wear_a", cl.grid(clearance=[1e-4, 2e-4]), tmp_path / "map", **options)
     assert not (tmp_path / "map").exists()
 
 
@@ -185,15 +185,15 @@ def test_lives_of_figures_are_used_again(tmp_path):
     """A figure's life is lived once, and anew where that is requested."""
     from clearance.paper_figures.workshop import Workshop
 
-    def made(fresh=False):
+    def records(fresh=False):
         work = Workshop(tmp_path, "name", fresh=fresh)
         life = work.life(rotor(), turns=1.0, settle=0, average=1)
         assert work.results[0]["call"] == "wear"
         return life.path, (life.path / "stage-0000.npz").stat().st_mtime_ns
 
-    first = made()
-    assert made() == first
-    again = made(fresh=True)
+    first = records()
+    assert records() == first
+    again = records(fresh=True)
     assert again[0] == first[0]
     assert again[1] > first[1]
 

@@ -94,31 +94,31 @@ lefts = thousandths | st.builds(
 @example(100, 1000, 40, 7.3)
 @example(300, 3000, 10, 523.6)
 @example(11999, 1, 1, 7.3)
-def test_a_window_has_whole_turns_after_settling_and_no_more(settle, left, per_turn, speed):
+def test_a_window_has_whole_turns_after_settling_and_no_more(settle, rest, per_turn, speed):
     """Full turns by exact arithmetic; all numbers are multiples of 0.001, so 1e-9 of a run never is
     a complete turn.
     """
-    turns, settle = (f"{number / 1000:.3f}" for number in (settle + left, settle))
-    left = Fraction(left, 1000)
+    turns, settle = (f"{number / 1000:.3f}" for number in (settle + rest, settle))
+    rest = Fraction(rest, 1000)
     assume(float(turns) > 0.0)
     record = clocked(float(turns), per_turn, speed)
     window, length = Window.of(record, float(settle)), float(record.time[-1])
-    if left <= 0:
+    if rest <= 0:
         assert window is None
         return
     if window is None:  # too few samples
-        assert math.floor(left) <= 1
+        assert math.floor(rest) <= 1
         assert (record.time >= float(settle) * record.turn * (1.0 - 1e-9)).sum() <= per_turn + 1
         return
     assert window.begin == float(settle) * record.turn
     assert window.begin < window.end <= length
-    if left >= 1:
-        assert window.turns == math.floor(left)
+    if rest >= 1:
+        assert window.turns == math.floor(rest)
         span = window.turns * record.turn
         assert window.end - window.begin == pytest.approx(span, rel=1e-9 * float(turns))
     else:
         assert window.end == length
-        assert window.turns == pytest.approx(float(left), rel=1e-9)
+        assert window.turns == pytest.approx(float(rest), rel=1e-9)
     inside = record.time[window.samples]
     assert inside[0] >= window.begin * (1.0 - 1e-9)
     assert inside[-1] <= window.end * (1.0 + 1e-9)
@@ -201,8 +201,8 @@ def shaker(turns=4.0, per_turn=50, speed=2.0 * math.pi, joints=(), events=None, 
     count = round(turns * per_turn)
     flat = {"force_x": 3.0, "force_y": 4.0, "gap": 1e-4, "eccentricity_x": 9e-4}
     flat |= {"eccentricity_y": 0.0}
-    given = {n: (lambda t, v=v: np.full(t.shape, v)) for n, v in flat.items()} | channels
-    paths = {f"joints/C/{n}": v for n, v in given.items()}
+    functions = {n: (lambda t, v=v: np.full(t.shape, v)) for n, v in flat.items()} | channels
+    paths = {f"joints/C/{n}": v for n, v in functions.items()}
     columns = {"peak_penetration": np.zeros(0)} | (events or {})
     time, joints = np.linspace(0.0, turns, count + 1), joints or (joint("C"),)
     return Formula(time, paths, speed=speed, joints=joints, events=columns)
@@ -222,9 +222,9 @@ COSINE = {"force_x": lambda t: 5.0 * np.cos(2.0 * np.pi * t), "force_y": np.zero
 def contacts(begin, duration, joints=None, speed=0.5, force=10.0, depth=1e-6):
     """Columns of the events of contacts that begin at these times [s]."""
     begin = np.asarray(begin, float)
-    given = {"duration": duration, "impact_speed": speed, "peak_force": force}
-    given |= {"peak_penetration": depth}
-    columns = {name: np.broadcast_to(v, begin.shape).astype(float) for name, v in given.items()}
+    numbers = {"duration": duration, "impact_speed": speed, "peak_force": force}
+    numbers |= {"peak_penetration": depth}
+    columns = {name: np.broadcast_to(v, begin.shape).astype(float) for name, v in numbers.items()}
     names = np.array(joints or ["C"] * begin.size, dtype=str)
     return columns | {"time": begin, "joint": names, "kind": np.full(begin.size, "contact")}
 
@@ -426,8 +426,8 @@ def test_without_a_turn_rates_are_per_second():
 # --- periods
 def orbit(x, y=np.zeros_like, turns=10.0, per_turn=50, **more):
     """A journal whose eccentricity over the clearance (1e-3 m) is a function of time in turns."""
-    place = {"eccentricity_x": lambda t: 1e-3 * x(t), "eccentricity_y": lambda t: 1e-3 * y(t)}
-    return shaker(turns, per_turn, **place, **more)
+    path = {"eccentricity_x": lambda t: 1e-3 * x(t), "eccentricity_y": lambda t: 1e-3 * y(t)}
+    return shaker(turns, per_turn, **path, **more)
 
 
 def wave(*parts):
@@ -681,9 +681,9 @@ def test_a_journal_at_rest_in_its_bearing_is_in_contact_all_the_time():
     stiffness, clearance = 1e9, 1e-3
     load = body("load", {"pin": (0.0, 0.0)}, mass=2.0)
     depth = (2.0 * 9.81 / stiffness) ** (2.0 / 3.0)  # F = K d^1.5
-    place = {"clearance": clearance, "eccentricity": (0.0, -clearance - depth)}
+    start = {"clearance": clearance, "eccentricity": (0.0, -clearance - depth)}
     law = {"stiffness": stiffness, "restitution": 0.5}
-    resting = dry_joint(cl.ground, load["pin"], "J", **place, **law)
+    resting = dry_joint(cl.ground, load["pin"], "J", **start, **law)
     record, ideal = recorded(cl.Scene(resting), until=0.1)
     assert ideal is None
     for settle in (None, 0.03):
@@ -717,9 +717,9 @@ def closed_form(angle, speed):
     """
     s, c = np.sin(angle), np.cos(angle)
     root = np.sqrt(ROD**2 - (CRANK * s) ** 2)
-    place = CRANK * c + root
+    position = CRANK * c + root
     bend = CRANK**2 * (c * c - s * s) / root + CRANK**4 * (s * c) ** 2 / root**3
-    return place, -(speed**2) * (CRANK * c + bend)
+    return position, -(speed**2) * (CRANK * c + bend)
 
 
 @pytest.mark.parametrize("speed", [523.6, -31.0, 1.0])
@@ -772,8 +772,8 @@ def test_deviation_is_that_from_the_closed_form(cranks):
     for record, ideal in cranks[1]:
         actual = values(record, None, ideal)
         late = record.time >= record.turn * (1.0 - 1e-9)
-        place, acceleration = closed_form(50.0 * record.time[late], 50.0)
-        far = np.abs(record["slider"].x[late] - place).max()
+        position, acceleration = closed_form(50.0 * record.time[late], 50.0)
+        far = np.abs(record["slider"].x[late] - position).max()
         assert actual["slider_position_deviation_max"] == pytest.approx(far, rel=1e-9)
         beyond = np.trapezoid((record["slider"].ax[late] - acceleration) ** 2, record.time[late])
         rms = math.sqrt(beyond / np.ptp(record.time[late]))
@@ -912,20 +912,20 @@ def test_ideal_motion_does_not_depend_on_which_run_came_first(monkeypatch):
 def test_ideal_motion_does_not_depend_on_masses_loads_and_clearances(monkeypatch):
     """Nothing but the kinematics counts; scenes that differ there do not share a motion."""
 
-    def place(scene, **more):
+    def position(scene, **more):
         return ideal_of(scene, **more)["slider"][0]
 
     monkeypatch.setattr(ideals, "_made", {})
     plain = turned(0.7)
-    first = place(plain)
+    first = position(plain)
     spring = cl.SpringDamper(cl.ground.at(3.0, 9.0), plain.joints[2].b, stiffness=5.0)
     loaded = cl.Scene(*plain.joints, *plain.loads, spring, gravity=(1.0, 2.0))
-    np.testing.assert_array_equal(place(loaded), first)
+    np.testing.assert_array_equal(position(loaded), first)
     assert len(ideals._made) == 1
-    assert not np.array_equal(place(turned(0.8)), first)
-    assert not np.array_equal(place(turned(0.7, axis=(-1.0, 0.0))), first)
-    assert place(plain, samples=51).shape == (51,)
-    assert not np.array_equal(place(plain, turns=2.0), first)
+    assert not np.array_equal(position(turned(0.8)), first)
+    assert not np.array_equal(position(turned(0.7, axis=(-1.0, 0.0))), first)
+    assert position(plain, samples=51).shape == (51,)
+    assert not np.array_equal(position(plain, turns=2.0), first)
     assert len(ideals._made) == 5
 
 
@@ -978,7 +978,7 @@ def test_own_metrics_are_numbers_by_name():
 
 
 @pytest.mark.parametrize(
-    ("given", "reason"),
+    ("answer", "reason"),
     [
         ("3.0", "expected a number or a dictionary of numbers, got '3.0'"),
         ({"bad": "text"}, "bad is no number: 'text'"),
@@ -989,11 +989,11 @@ def test_own_metrics_are_numbers_by_name():
         ({3: 1.0}, "its name must be"),
     ],
 )
-def test_own_metrics_that_are_none(given, reason):
+def test_own_metrics_that_are_none(answer, reason):
     """Texts, arrays, complex numbers and bad names are refused."""
 
     def mine(run):
-        return given
+        return answer
 
     with pytest.raises(ValueError, match=f"metric mine: {reason}"):
         own(mine, clocked(1.0))

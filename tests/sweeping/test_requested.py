@@ -56,8 +56,8 @@ def test_errors(name, seed, error):
     scene, options = group.scene_of, {"turns": SCENES[name][3]}
     within = []
     for part in Ladder(group, columns).climb():
-        for row, place in list(enumerate(part.places.tolist()))[:4]:
-            values = {n: v[place].item() for n, v in columns.items()}
+        for row, point in list(enumerate(part.places.tolist()))[:4]:
+            values = {n: v[point].item() for n, v in columns.items()}
             truth, looser = (
                 ordinary(scene, values, options | {"rtol": r})[0] for r in (1e-10, 1e-9)
             )
@@ -82,17 +82,17 @@ def test_company(name):
         parts = list(Ladder(group, some).climb())
         rows.append(
             {
-                chosen[place]: [v[row] for v in (part.values | part.stated).values()]
+                chosen[point]: [v[row] for v in (part.values | part.stated).values()]
                 + [part.points.rtol[row], part.answers.steps[row]]
                 for part in parts
-                for row, place in enumerate(part.places)
+                for row, point in enumerate(part.places)
             }
         )
     every, some = rows
     assert set(some) == set(every) & set(mixed)
     assert len({row[-2] for row in every.values()}) > 1
-    for place, row in some.items():
-        np.testing.assert_array_equal(row, every[place])
+    for point, row in some.items():
+        np.testing.assert_array_equal(row, every[point])
 
 
 def test_a_trajectory(tmp_path):

@@ -253,11 +253,11 @@ def test_the_command(tmp_path, typed):
     assert repr(open_scatter(tmp_path / "out")) == (
         f"<scatter of clearance, viscosity: {cl.open_sweep(tmp_path / 'out')!r}>"
     )
-    left, right, *_ = scatter(open_scatter(tmp_path / "out"), metrics=["joint_C_gap_min"]).axes
-    assert left.get_xlabel() == "smallest gap of joint C, negative in contact [mm]"
+    histogram, right, *_ = scatter(open_scatter(tmp_path / "out"), metrics=["joint_C_gap_min"]).axes
+    assert histogram.get_xlabel() == "smallest gap of joint C, negative in contact [mm]"
     median = gap["quantiles"]["0.5"]["value"]
-    assert left.lines[1].get_xdata()[0] == pytest.approx(1e3 * median, rel=1e-12)
-    assert "beyond 0.01 mm: " in left.get_title(loc="left")
+    assert histogram.lines[1].get_xdata()[0] == pytest.approx(1e3 * median, rel=1e-12)
+    assert "beyond 0.01 mm: " in histogram.get_title(loc="left")
     above = [n for n, i in gap["indices"].items() if i["doubtful"]]
     assert ("first above total" in right.get_title(loc="left")) is bool(above)
     printed = typed(*line, status=DONE).out

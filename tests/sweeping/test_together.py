@@ -162,13 +162,13 @@ def test_first_point(name, turns):
     gap = "joint_C_gap_min_error"
     assert errors[gap][first] == pytest.approx(stated[gap].value, rel=0.1)
     shares = []
-    for place in (0, 4):
-        values = {n: v[place].item() for n, v in columns.items()}
+    for point in (0, 4):
+        values = {n: v[point].item() for n, v in columns.items()}
         true = LaneMetrics(prepare(scene(values), turns=turns, rtol=1e-10), None).first
         for name, error in errors.items():
             metric = true[name.removesuffix("_error")].value
-            off = abs(ran.metrics[name.removesuffix("_error")][place] - metric)
-            shares.append(off / (error[place] + 1e-13 * abs(metric)))
+            off = abs(ran.metrics[name.removesuffix("_error")][point] - metric)
+            shares.append(off / (error[point] + 1e-13 * abs(metric)))
     assert len(shares) >= 40
     assert np.mean(np.array(shares) <= 1.0) >= 0.95
     assert max(shares) < 4.0
@@ -393,16 +393,16 @@ def test_scene_files_over_one_parameter(tmp_path):
         "grid": cl.grid(speed=speeds, clearance=[1e-4, 2e-4]),
         "zipped": cl.zipped(speed=speeds, clearance=clearances),
     }
-    made = {}
+    datasets = {}
     for way, points in ways.items():
         options = {"channels": [], "workers": 1, "turns": 1.0}
-        made[way] = cl.sweep(tmp_path / "own.toml", points, tmp_path / way, **options)
+        datasets[way] = cl.sweep(tmp_path / "own.toml", points, tmp_path / way, **options)
         width, folder = natural_width(), tmp_path / way
         log = (folder / "sweep.log").read_text()
         assert f" {len(points)} points in lanes, {width} at a time\n" in log
         assert {o.made["lanes"] for o in read(folder / "journal.jsonl") if o.together} == {width}
-    for name, values in made["one"].metrics.items():
-        grid, zipped = made["grid"].metrics[name], made["zipped"].metrics[name]
+    for name, values in datasets["one"].metrics.items():
+        grid, zipped = datasets["grid"].metrics[name], datasets["zipped"].metrics[name]
         np.testing.assert_allclose(values, grid[::2], rtol=1e-6, atol=1e-9, err_msg=name)
         ends = [grid[0], grid[-1]]
         np.testing.assert_allclose(zipped[[0, -1]], ends, rtol=1e-6, atol=1e-9, err_msg=name)
@@ -454,13 +454,13 @@ class TestColumn:
         """That of its values; with numbers on either side."""
         values = np.array([1.0, 2.0, 4.0])
         column = Column(values)
-        for made, expected in (
+        for actual, expected in (
             (2.0 * column + 1.0, 2.0 * values + 1.0),
             (1.0 / column - column**2, 1.0 / values - values**2),
             (abs(-column), values),
         ):
-            np.testing.assert_array_equal(made.values, expected)
-            assert float(made) == expected[0]
+            np.testing.assert_array_equal(actual.values, expected)
+            assert float(actual) == expected[0]
 
     def test_conditions(self):
         """True or false where all values agree, refused where they differ."""

@@ -62,11 +62,11 @@ def reference(name, x, y):
 @pytest.mark.parametrize("width", WIDTHS)
 def test_accuracy(width):
     """Two units in the last place over 4000 arguments of each range."""
-    made, rng = functions(width), np.random.default_rng(3)
+    compiled, rng = functions(width), np.random.default_rng(3)
     for name, ranges in RANGES.items():
         for low, high, below, above in ranges:
             x, y = rng.uniform(low, high, 4000), rng.uniform(below, above, 4000)
-            values, expected = made[name](x, y), reference(name, x, y)
+            values, expected = compiled[name](x, y), reference(name, x, y)
             unit = np.spacing(np.abs(expected).astype(float))
             assert (np.abs(values - expected) <= 2.0 * unit).all(), (name, low, high)
 
@@ -74,12 +74,12 @@ def test_accuracy(width):
 @pytest.mark.parametrize("width", WIDTHS)
 def test_edges(width):
     """As the C library where arguments are zero, infinite, no number, tiny or huge (1e-15)."""
-    made = functions(width)
+    compiled = functions(width)
     x, y = (np.ravel(a) for a in np.meshgrid(np.resize(STRANGE, 16), np.resize(STRANGE, 16)))
     for name in FUNCTIONS:
         with np.errstate(all="ignore"):
             expected = PAIRS[name](x, y) if name in PAIRS else getattr(np, name)(x)
-        np.testing.assert_allclose(made[name](x, y), expected, rtol=1e-15, err_msg=name)
+        np.testing.assert_allclose(compiled[name](x, y), expected, rtol=1e-15, err_msg=name)
 
 
 def test_bits_do_not_depend_on_the_width():

@@ -158,13 +158,13 @@ def ended(time, step, q, v, closed):
     trapezium, by iteration."""
     begin, end = loads(time - step, q, v), v
     while True:
-        place = q + 0.5 * step * (v + end)
-        _, _, rows = pins(place)
-        free = v + 0.5 * step * (begin + loads(time, place, end)) / INERTIA
+        middle = q + 0.5 * step * (v + end)
+        _, _, rows = pins(middle)
+        free = v + 0.5 * step * (begin + loads(time, middle, end)) / INERTIA
         pushes = impulses(closed, rows @ free, (rows / INERTIA) @ rows.T)
         last, end = end, free + (rows.T @ pushes) / INERTIA
         if np.abs(end - last).max() < 1e-12:
-            return place, end, pushes
+            return middle, end, pushes
 
 
 @njit

@@ -155,10 +155,10 @@ class Gathered:
             return
         test = report.nodeid.partition("[")[0]
         rows = [json.loads(text) for name, text in report.user_properties if name == "validated"]
-        for place, row in enumerate(rows):
+        for rank, row in enumerate(rows):
             self.add(
                 test,
-                place,
+                rank,
                 row | {"status": "passed" if row["deviation"] <= row["tolerance"] else "FAILED"},
             )
         if not report.passed and all(row["deviation"] <= row["tolerance"] for row in rows):
@@ -169,7 +169,7 @@ class Gathered:
             )
             self.add(test, len(rows), {"quantity": "the whole test", "status": why})
 
-    def add(self, test: str, place: int, row: dict) -> None:
+    def add(self, test: str, rank: int, row: dict) -> None:
         """Rows that differ by their values alone, as those of parametrised tests do, are one: their
         worst.
         """
@@ -181,9 +181,9 @@ class Gathered:
             ),
         )
         reference = self.rows.setdefault(
-            key, row | {"test": test, "place": place, "count": 0, "deviation": 0.0}
+            key, row | {"test": test, "place": rank, "count": 0, "deviation": 0.0}
         )
-        reference["place"] = min(reference["place"], place)
+        reference["place"] = min(reference["place"], rank)
         reference["count"] += row.get("count", 0)
         off = reference["deviation"], row.get("deviation", 0.0)
         reference["deviation"] = math.nan if any(map(math.isnan, off)) else max(off)
@@ -229,7 +229,7 @@ def page(rows: list[dict]) -> str:
         "Values of a parametrised test stand in one row with the largest deviation among them.",
         "Deviations without a unit are shares of the reference (or of the size the test names).",
         "",
-        *(f"- {name}: {what}" for name, what in KINDS.items()),
+        *(f"- {name}: {meaning}" for name, meaning in KINDS.items()),
     ]
     for name in SUBJECTS:
         ours = [r for r in rows if subject(r["test"]) == name]

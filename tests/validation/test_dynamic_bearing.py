@@ -66,52 +66,52 @@ def orbit(film, begin: float, end: float, **options):
     )
     run = cl.simulate(scene, until=(end - begin) / math.degrees(CRANK), **options)
     angle = begin + math.degrees(CRANK) * np.asarray(run.time)
-    place = np.column_stack(
+    path = np.column_stack(
         [run.joint("bearing").eccentricity_x, run.joint("bearing").eccentricity_y]
     )
-    return angle, place / CLEARANCE
+    return angle, path / CLEARANCE
 
 
-def least(angle, place) -> tuple[float, float]:
+def least(angle, path) -> tuple[float, float]:
     """Least distance from the wall [um], and where [deg], in the last 120 degrees."""
     last = angle > angle[-1] - 120.0
-    away = np.hypot(*place[last].T)
+    away = np.hypot(*path[last].T)
     return 1e6 * CLEARANCE * (1.0 - away.max()), angle[last][away.argmax()] % 720.0
 
 
 @pytest.mark.slow
 def test_orbit(validated):
     """Least film within 0.01 um, its angle within half a sample and the load's; orbit 1e-3 c."""
-    angle, place = orbit(cl.laws.short_film(), 0.0, 1440.0)
-    film, where = least(angle, place)
+    angle, path = orbit(cl.laws.short_film(), 0.0, 1440.0)
+    film, where = least(angle, path)
     validated("least film of an engine's bearing", film, 9.0984, 1e-3, unit="um", **ORBIT)
     validated("its angle", where, 656.9, 0.3, unit="deg", relative=False, **ORBIT)
-    away = np.hypot(*place.T)
+    away = np.hypot(*path.T)
     rows = ((90, 0.66), (180, 0.54646), (360, 0.65589), (450, 0.46168), (630, 0.73156))
     for at, ratio in (*rows, (690, 0.73396)):
         assert np.interp(720.0 + at, angle, away) == pytest.approx(ratio, abs=1e-3)
-    assert np.interp(990.0, angle, place[:, 1]) == pytest.approx(0.28341, abs=1e-3)
-    assert np.interp(1350.0, angle, place[:, 0]) == pytest.approx(-0.62205, abs=1e-3)
+    assert np.interp(990.0, angle, path[:, 1]) == pytest.approx(0.28341, abs=1e-3)
+    assert np.interp(1350.0, angle, path[:, 0]) == pytest.approx(-0.62205, abs=1e-3)
 
 
 def remembered(begin: float, end: float, step: float = 0.25):
     """As `orbit`, without mass: implicit Euler steps of the film with memory on the liner."""
     bearing = Bearing(RADIUS, CLEARANCE, LENGTH, OIL)
-    film, place = MemoryFilm(bearing, (128, 10), LINER, conserving=False), np.array([-0.5, 0.0])
+    film, journal = MemoryFilm(bearing, (128, 10), LINER, conserving=False), np.array([-0.5, 0.0])
     elapsed, angles = math.radians(step) / CRANK, np.arange(begin, end, step)
     places, load = [], np.zeros(2)
     for angle in angles:
-        before, load[0] = place, engine(begin=angle)(0.0)
+        before, load[0] = journal, engine(begin=angle)(0.0)
         for _ in range(20):
-            rate = (place - before) / elapsed
-            answer = film.trial(*place, *rate, SPIN, elapsed)[:2]
+            rate = (journal - before) / elapsed
+            answer = film.trial(*journal, *rate, SPIN, elapsed)[:2]
             slopes = answer[:, 1:3] + answer[:, 3:5] / elapsed
             move = np.linalg.solve(slopes, -load - answer[:, 0])
-            place = place + move * min(1.0, 0.05 / np.abs(move).max())
+            journal = journal + move * min(1.0, 0.05 / np.abs(move).max())
             if np.abs(move).max() < 1e-8:
                 break
-        film.commit(*place, *((place - before) / elapsed), SPIN, elapsed)
-        places.append(place)
+        film.commit(*journal, *((journal - before) / elapsed), SPIN, elapsed)
+        places.append(journal)
     return angles, np.array(places)
 
 

@@ -134,8 +134,8 @@ def test_a_stiff_motor_line_prescribes_the_speed(validated):
         torques.append(result.drive("crank").torque)
     assert slips[1] == pytest.approx(0.1 * slips[0], rel=0.05)
     assert slips[1] < 2e-3
-    given = slider_crank(speed=SPEED)
-    torque, late = cl.simulate(given, turns=1).drive("crank").torque, slice(40, None)
+    prescribed = slider_crank(speed=SPEED)
+    torque, late = cl.simulate(prescribed, turns=1).drive("crank").torque, slice(40, None)
     more = {"source": "prescribed speed", "kind": "exact", "relative": np.abs(torque).max()}
     validated(
         "torque of a stiff motor line", torques[1][late], torque[late], 1e-2, unit="N m", **more
@@ -426,12 +426,12 @@ class TestTurns:
             free = cl.simulate(rotor(0.0, **more), turns=3)
             disc = cl.Body("disc", 1.0, INERTIA)
             drive = cl.Drive(disc, speed=speed, start=0.2)
-            given = cl.simulate(cl.Scene(cl.Revolute(cl.ground, disc, name="axle"), drive), turns=3)
+            even = cl.simulate(cl.Scene(cl.Revolute(cl.ground, disc, name="axle"), drive), turns=3)
             turns = np.array([0.0, 0.7, 2.3])
-            assert free.time_at(turns) == pytest.approx(given.time_at(turns), abs=1e-9 * given.turn)
-            assert free.turn == given.turn
-            sections = (section_times(r, 1.0, 0.0) for r in (free, given))
-            np.testing.assert_allclose(*sections, atol=1e-9 * given.turn)
+            assert free.time_at(turns) == pytest.approx(even.time_at(turns), abs=1e-9 * even.turn)
+            assert free.turn == even.turn
+            sections = (section_times(r, 1.0, 0.0) for r in (free, even))
+            np.testing.assert_allclose(*sections, atol=1e-9 * even.turn)
 
     def test_without_a_nominal_speed(self):
         """No turns, no output of them, no number of them in the kernels."""

@@ -182,14 +182,14 @@ def test_contacts_are_stiff_enough():
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("parameters", "message"),
     [
         ({"journals": "crank,coupler"}, "journals must name one body each for B, C and D"),
         ({"journals": "crank,crank,rocker"}, "the journal of C must be one of coupler, rocker"),
         ({"gain": -1.0}, "passivity: gain must not be negative"),
     ],
 )
-def test_refusals(given, message):
+def test_refusals(parameters, message):
     """Parameters that cannot be are refused by name."""
     with pytest.raises(ValueError, match=message):
-        cl.load_case("four_bar_clearances", **given)
+        cl.load_case("four_bar_clearances", **parameters)

@@ -55,7 +55,7 @@ def test_rows(motion, validated):
 
     Of two corners that touch together either may stand first.
     """
-    numbers, given = MOTIONS[motion]
+    numbers, motion_text = MOTIONS[motion]
     contact = "lankarani_nikravesh(stiffness=1e8)"
     scene = cl.load_case("guide_slider", contact=contact, restitution=0.9, **numbers)
     result = cl.simulate(scene, until=0.05, rtol=1e-11, samples=51)
@@ -68,13 +68,13 @@ def test_rows(motion, validated):
         "crank speed": result["crank"].omega,
         "tilt": result.joint("guide").tilt,
     }
-    rows = [row for row in ROWS if row["given"] == given]
+    rows = [row for row in ROWS if row["given"] == motion_text]
     assert len(rows) > 12
     for row in rows:
-        what, value = row["quantity"], float(row["value"])
-        if what.startswith("event"):
-            time, corner, action = done[int(what.split(":")[0].removeprefix("event ")) - 1]
-            assert motion == "level" or what.endswith(f"corner {corner} {action}")
+        quantity, value = row["quantity"], float(row["value"])
+        if quantity.startswith("event"):
+            time, corner, action = done[int(quantity.split(":")[0].removeprefix("event ")) - 1]
+            assert motion == "level" or quantity.endswith(f"corner {corner} {action}")
             validated(
                 f"time of contacts, {motion} slider",
                 time,
@@ -84,7 +84,7 @@ def test_rows(motion, validated):
                 **options,
             )
         else:
-            name, _, time = what.removesuffix(" s").partition(" at ")
+            name, _, time = quantity.removesuffix(" s").partition(" at ")
             here = np.argmin(abs(result.time - float(time)))
             actual, units = values[name][here], row["unit"]
             allowed = tolerance(float(time))

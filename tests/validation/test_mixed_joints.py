@@ -27,7 +27,7 @@ def test_feeder_with_the_finite_film(validated):
     )
     eccentricity = np.hypot(joint.eccentricity_x, joint.eccentricity_y)[last] / 1e-4
     force = np.hypot(joint.force_x, joint.force_y)[last]
-    for what, actual, row, tolerance, unit in (
+    for quantity, actual, row, tolerance, unit in (
         (
             "slider acceleration",
             (acceleration.min(), acceleration.max()),
@@ -52,7 +52,7 @@ def test_feeder_with_the_finite_film(validated):
             "kind": "independent",
             "relative": False,
         }
-        validated(f"{what}, feeder with the harmonic film", actual, row, tolerance, **options)
+        validated(f"{quantity}, feeder with the harmonic film", actual, row, tolerance, **options)
 
 
 @pytest.mark.parametrize("viscosity", few_of([0.04, 0.004, 0.001], 1))

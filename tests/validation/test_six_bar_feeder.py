@@ -126,8 +126,8 @@ def test_independent_integration(validated):
             "kind": "independent",
             "relative": False,
         }
-        place, b = (ours[body.name].x[-1], ours[body.name].y[-1]), ours[body.name]
-        validated("positions in the lubricated feeder", place, (x, y), 1e-10, unit="m", **options)
+        centre, b = (ours[body.name].x[-1], ours[body.name].y[-1]), ours[body.name]
+        validated("positions in the lubricated feeder", centre, (x, y), 1e-10, unit="m", **options)
         validated(
             "angles in the lubricated feeder", b.theta[-1], theta, 1e-9, unit="rad", **options
         )

@@ -41,8 +41,8 @@ def test_ideal(validated):
     )
     expected = [9695.86, -19419.36, 138.624, -138.419, 2718.71]
     options = {"source": "plain model, spectral derivatives", "kind": "independent"}
-    for (what, unit), actual, row in zip(QUANTITIES[:5], extremes(result), expected, strict=True):
-        validated(f"{what}, ideal slider-crank", actual, row, 4e-6, unit=unit, **options)
+    for (name, unit), actual, row in zip(QUANTITIES[:5], extremes(result), expected, strict=True):
+        validated(f"{name}, ideal slider-crank", actual, row, 4e-6, unit=unit, **options)
     fastest = np.abs(result["slider"].vx).max()
     validated(
         "slider velocity, ideal slider-crank",
@@ -114,11 +114,11 @@ def test_lubricated(viscosity, validated):
         "slider_crank", model="lubricated", viscosity=viscosity, film="pinkus_sternlicht"
     )
     result = cl.simulate(scene, turns=8, rtol=1e-8, samples_per_turn=10000)
-    for (what, unit), actual, row in zip(
+    for (name, unit), actual, row in zip(
         QUANTITIES, extremes(result, 5e-4), ROWS[viscosity], strict=True
     ):
         options = {"source": "plain model, Radau IIA at 1e-9", "kind": "independent"}
-        validated(f"{what}, lubricated slider-crank", actual, row, 2e-5, unit=unit, **options)
+        validated(f"{name}, lubricated slider-crank", actual, row, 2e-5, unit=unit, **options)
 
 
 def test_drag_torques_matter_in_the_fourth_digit():

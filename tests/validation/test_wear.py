@@ -57,10 +57,10 @@ def test_asperities(ratio, first, validated):
 @pytest.mark.parametrize(("motion", "first"), [((0.0, 0.0, 1.0), 25), ((0.3, -0.2, 1.0), 27)])
 def test_short_film(motion, first, validated):
     """Film force of a short bearing in a scar with sharp edges, which fall between nodes."""
-    place = 0.8 * math.cos(math.radians(20.0)), 0.8 * math.sin(math.radians(20.0))
+    journal = 0.8 * math.cos(math.radians(20.0)), 0.8 * math.sin(math.radians(20.0))
     numbers = test_mixed_wear.data(test_mixed_wear.scar(0.3 * test_mixed_wear.CLEARANCE))
     joint, rest = test_mixed_wear.SHORT, (0.0, 0.0, 0.0)
-    fx, fy, _ = short_on_outlines(*place, *motion, *rest, joint, numbers, 0.0)
+    fx, fy, _ = short_on_outlines(*journal, *motion, *rest, joint, numbers, 0.0)
     row = test_mixed_wear.ROWS[f"P{first}"], test_mixed_wear.ROWS[f"P{first + 1}"]
     actual = complex(fx, fy) / test_mixed_wear.UNIT
     validated("film force of a worn short bearing", actual, complex(*row), 1e-3, **CODE)

@@ -353,8 +353,8 @@ def test_L4_a_branch_is_stored_as_it_goes(tmp_path, monkeypatch):
 def test_modules_are_found_without_running_them(tmp_path, monkeypatch):
     """Not even the package that a module is inside. A module beside the case counts too."""
     monkeypatch.syspath_prepend(tmp_path / "path")
-    for place in ("path/kit/deep", "case"):
-        (tmp_path / place).mkdir(parents=True)
+    for folder in ("path/kit/deep", "case"):
+        (tmp_path / folder).mkdir(parents=True)
     running = "raise SystemExit('this was run')\n"
     for name in ("path/kit/__init__.py", "path/kit/deep/__init__.py", "path/kit/deep/leaf.py"):
         (tmp_path / name).write_text(running)

@@ -99,11 +99,11 @@ class TestReplay:
         flanks = [50, 155, 230, 274, 289, 272, 226, 149, 42.5, 0, 0, 246, 914, 1551, 2157, 2732]
         depths = np.zeros(NODES)
         depths[151:167] = 1e-9 * np.array(flanks)
-        joint, place = FilmJoint(0.0, CLEARANCE, 0.0, 0.0, 0.0), (-9.4870e-05, 3.1606e-05)
+        joint, start = FilmJoint(0.0, CLEARANCE, 0.0, 0.0, 0.0), (-9.4870e-05, 3.1606e-05)
         data = Outline(None, worn(bearing=depths).parameters).numbers
-        assert deepest(*place, 0.0, joint, data, 0.0)[0] > 0.0
-        assert touching(*place, 0.0, joint, data, 0.0)[2] == 0.0
-        x, y, _ = rest((1649.0, -549.0, 0.0), place, joint, data, None, 0.0, 1e10)
+        assert deepest(*start, 0.0, joint, data, 0.0)[0] > 0.0
+        assert touching(*start, 0.0, joint, data, 0.0)[2] == 0.0
+        x, y, _ = rest((1649.0, -549.0, 0.0), start, joint, data, None, 0.0, 1e10)
         force = 1e10 * np.array(touching(x, y, 0.0, joint, data, 0.0)[:2])
         assert force == pytest.approx([1649.0, -549.0], abs=1e-9 * 1739.0)
 

@@ -51,7 +51,7 @@ def rows(name: str) -> tuple[list[Row], str]:
     values = problems.PROBLEMS[name].values
     work = problems.Work(TIGHT)
     tight, usual = values(work), values(problems.Work())
-    second, best, made = oracle.solve(), getattr(oracle, "BEST", ()), []
+    second, best, items = oracle.solve(), getattr(oracle, "BEST", ()), []
     coarse = oracle.coarser() if best else {}
     margins = getattr(oracle, "MARGIN", {})
     for quantity, value in tight.items():
@@ -61,16 +61,16 @@ def rows(name: str) -> tuple[list[Row], str]:
         factor = next((f for begin, f in margins.items() if quantity.startswith(begin)), 2.0)
         error = max(factor * max(map(abs, off)), LEAST * abs(value))
         error = work.widths.get(quantity, error)
-        made.append(
+        items.append(
             Row(quantity, unit(quantity, getattr(oracle, "UNITS", {})), value, upward(error))
         )
-    for i, row in enumerate(made):  # those of a spline or of cells have one error a unit
+    for i, row in enumerate(items):  # those of a spline or of cells have one error a unit
         if row.quantity.startswith(best or ("-",)) and row.error > 1e-8 * abs(row.value):
             beside = (
-                r.error for r in made if r.unit == row.unit and r.quantity[:6] == row.quantity[:6]
+                r.error for r in items if r.unit == row.unit and r.quantity[:6] == row.quantity[:6]
             )
-            made[i] = dataclasses.replace(row, error=max(beside))
-    return made, " ".join(oracle.__doc__.split())
+            items[i] = dataclasses.replace(row, error=max(beside))
+    return items, " ".join(oracle.__doc__.split())
 
 
 def upward(error: float) -> float:
@@ -79,22 +79,22 @@ def upward(error: float) -> float:
     return float(f"{math.ceil(error / power) * power:.1e}")
 
 
-def written(name: str, made: list[Row], method: str) -> None:
+def written(name: str, items: list[Row], method: str) -> None:
     """The file, and the table of the page."""
     head = f"# {name}: reference values; second method: {method}\n"
-    lines = [f"{r.quantity},{r.unit},{r.value:.12g},{r.error:.1e}\n" for r in made]
+    lines = [f"{r.quantity},{r.unit},{r.value:.12g},{r.error:.1e}\n" for r in items]
     (FILES / f"{name}.csv").write_text(head + "quantity,unit,value,error\n" + "".join(lines))
     page = PAGES / f"{name}.md"
     if page.exists():
         before, _, rest = page.read_text().partition(MARKS[0])
         after = rest.partition(MARKS[1])[2]
-        page.write_text(before + "\n".join([MARKS[0], "", *table(made), "", MARKS[1]]) + after)
+        page.write_text(before + "\n".join([MARKS[0], "", *table(items), "", MARKS[1]]) + after)
 
 
-def table(made: list[Row]) -> list[str]:
+def table(items: list[Row]) -> list[str]:
     """The rows in Markdown, with the digits that are sure."""
     lines = ["| quantity | unit | value | error |", "|---|---|---|---|"]
-    for r in made:
+    for r in items:
         digits = max(2, 2 + math.ceil(math.log10(abs(r.value) / r.error))) if r.value else 2
         lines.append(
             f"| `{r.quantity}` | {r.unit} | {r.value:#.{min(digits, 12)}g} | {r.error:.1e} |"

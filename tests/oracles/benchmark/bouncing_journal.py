@@ -48,8 +48,8 @@ def solve(rtol=1e-12):
         )
         for at in TIMES:
             if time < at <= run.t[-1]:
-                name, place = f"{1e3 * at:g}ms", run.sol(at) if at < run.t[-1] else run.y[:, -1]
-                values |= {f"x_{name}": place[0], f"y_{name}": place[1]}
+                name, position = f"{1e3 * at:g}ms", run.sol(at) if at < run.t[-1] else run.y[:, -1]
+                values |= {f"x_{name}": position[0], f"y_{name}": position[1]}
         if impact is not None:
             deepest = max(depth(0.0, y) for y in run.y_events[1])
             values |= {f"impact_{count}_depth": deepest, f"impact_{count}_end": run.t[-1]}

@@ -15,11 +15,11 @@ ALLOWED |= {"force_90_percent": 600.0}
 
 
 @njit(error_model="numpy")
-def rates(angle, rod, place, turning, sliding, impact):
+def rates(angle, rod, slider, turning, sliding, impact):
     """Accelerations of rod and slider, depth and its rate, force and power of the joint."""
     cos, sin = math.cos(rod), math.sin(rod)
     px, py = 0.05 * math.cos(angle), 0.05 * math.sin(angle)
-    ex, ey = place - px - 0.12 * cos, -py - 0.12 * sin
+    ex, ey = slider - px - 0.12 * cos, -py - 0.12 * sin
     vx = sliding + SPEED * py + 0.12 * turning * sin
     vy = -SPEED * px - 0.12 * turning * cos
     e = math.hypot(ex, ey)
@@ -43,10 +43,10 @@ def rates(angle, rod, place, turning, sliding, impact):
 
 
 @njit(error_model="numpy")
-def turns(rod, place):
+def turns(rod, slider):
     """Rows of all turns: peak force, peak depth, rms torque, energy taken out."""
     dt, out = 2.0 * math.pi / SPEED / STEPS, np.zeros((TURNS, 4))
-    a, x, u, v = rod, place, -0.05 / 0.12 * SPEED, 0.0
+    a, x, u, v = rod, slider, -0.05 / 0.12 * SPEED, 0.0
     impact, inside = 0.0, False
     for turn in range(TURNS):
         for k in range(STEPS):

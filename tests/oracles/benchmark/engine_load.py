@@ -117,18 +117,18 @@ def marched(cells, step):
     scale, elapsed = VISCOSITY * LENGTH * RADIUS**3 / CLEARANCE**2, np.radians(step) / CRANK
     angles, loads = points()
 
-    def gap(place, at=0.0):
-        away = place[0] * np.cos(film.theta + at) + place[1] * np.sin(film.theta + at)
+    def gap(journal, at=0.0):
+        away = journal[0] * np.cos(film.theta + at) + journal[1] * np.sin(film.theta + at)
         return film.spread(1.0 - away)
 
-    place, rate, least = np.array([-0.5, 0.0]), np.zeros(2), 1.0
-    before = gap(place)
+    journal, rate, least = np.array([-0.5, 0.0]), np.zeros(2), 1.0
+    before = gap(journal)
     for angle in 500.0 + step * np.arange(1, round(190.0 / step) + 1):
         load = np.array([np.interp(angle, angles, loads), 0.0])
         last = rate
 
-        def off(rate, place=place, last=last, before=before, load=load):
-            after = place + rate * elapsed
+        def off(rate, journal=journal, last=last, before=before, load=load):
+            after = journal + rate * elapsed
             source = 12.0 * (gap(after) - before) / elapsed
             pressed = film.settle(gap(after), gap(after, film.half), SPIN, source, 12.0 / elapsed)
             inertia = MASS * CLEARANCE * (rate - last) / elapsed
@@ -142,10 +142,10 @@ def marched(cells, step):
             force = off(rate)
             if np.abs(force).max() < 1e-4:
                 break
-        place = place + rate * elapsed
-        before = gap(place) + film.soft * film.pressure
+        journal = journal + rate * elapsed
+        before = gap(journal) + film.soft * film.pressure
         if angle > 570.0:
-            least = min(least, 1.0 - np.hypot(*place))
+            least = min(least, 1.0 - np.hypot(*journal))
     return CLEARANCE * least
 
 

@@ -20,14 +20,14 @@ MARGIN = {"dry_": 20.0}  # impacts let errors of any code grow some thousand tim
 def hinge(s, name):
     """Row of the Jacobian, what its rate adds, place and velocity of point b less a."""
     a, pa, b, pb = HINGES[name]
-    row, bias, place = np.zeros(15, complex), 0.0, 0.0
+    row, bias, position = np.zeros(15, complex), 0.0, 0.0
     for sign, i, p in ((-1.0, a, pa), (1.0, b, pb)):
         arm = p if i < 0 else p * np.exp(1j * s[3 * i + 2])
-        place += sign * (arm if i < 0 else s[3 * i] + 1j * s[3 * i + 1] + arm)
+        position += sign * (arm if i < 0 else s[3 * i] + 1j * s[3 * i + 1] + arm)
         if i >= 0:
             row[3 * i : 3 * i + 3] += sign * np.array([1.0, 1j, 1j * arm])
             bias += sign * s[3 * i + 17] ** 2 * arm
-    return row, bias, place, row @ s[15:]
+    return row, bias, position, row @ s[15:]
 
 
 def motion(s, names="", force=None):
@@ -163,7 +163,7 @@ def solve(rtol=1e-12):
     values |= printed(s, "dry", 0.005, "BCE", lambda *_: 0.0)
     for n, row in enumerate(contacts[:6], 1):
         pairs = zip(("time", "speed", "depth", "end"), row, strict=True)
-        values |= {f"dry_impact_{n}_{what}": value for what, value in pairs}
+        values |= {f"dry_impact_{n}_{field}": value for field, value in pairs}
     for prefix, names, force, times in (
         ("lubricated", "B", oiled, (0.05, 0.1)),
         ("mixed", "BCE", mixed, (0.025, 0.05)),

@@ -20,9 +20,9 @@ def solve(rtol=1e-12):
 
     def corners(state):
         for x, y in CORNERS:
-            arm, place, speed = bodies.point(state, 2, (x, y))
+            arm, position, speed = bodies.point(state, 2, (x, y))
             side = 1.0 if y > 0.0 else -1.0
-            yield arm, side, side * place[1] - RISE - CLEARANCE, side * speed[1], speed[0]
+            yield arm, side, side * position[1] - RISE - CLEARANCE, side * speed[1], speed[0]
 
     def depths(state):
         return zip(*((depth, rate) for _, _, depth, rate, _ in corners(state)), strict=True)

@@ -17,13 +17,13 @@ class Bodies:
         self.weight = self.mass * np.tile([0.0, -gravity, 0.0], len(masses))
         self.rows = 2 * len(hinges) + len(fixed)
 
-    def point(self, state, body, place):
-        """Arm, place and velocity of a body's point, in fixed axes."""
+    def point(self, state, body, local):
+        """Arm, position and velocity of a body's point, in fixed axes."""
         if body < 0:
-            return np.zeros(2), np.array(place), np.zeros(2)
+            return np.zeros(2), np.array(local), np.zeros(2)
         q, v = state[3 * body : 3 * body + 3], state[self.mass.size + 3 * body :][:3]
         c, s = np.cos(q[2]), np.sin(q[2])
-        arm = np.array([c * place[0] - s * place[1], s * place[0] + c * place[1]])
+        arm = np.array([c * local[0] - s * local[1], s * local[0] + c * local[1]])
         return arm, q[:2] + arm, v[:2] + v[2] * np.array([-arm[1], arm[0]])
 
     def spin(self, state, body):
@@ -35,16 +35,16 @@ class Bodies:
         n, row = self.mass.size, 2 * len(self.hinges)
         matrix, right = np.zeros((n + self.rows,) * 2), np.zeros(n + self.rows)
         matrix[range(n), range(n)], right[:n] = self.mass, self.weight
-        for k, (*a, b, place) in enumerate(self.hinges):
-            for sign, body, at in ((-1.0, *a), (1.0, b, place)):
+        for k, (*a, b, coordinate) in enumerate(self.hinges):
+            for sign, body, at in ((-1.0, *a), (1.0, b, coordinate)):
                 if body >= 0:
                     arm, _, _ = self.point(state, body, at)
                     i, j = 3 * body, n + 2 * k
                     matrix[j, i] = matrix[j + 1, i + 1] = sign
                     matrix[j, i + 2], matrix[j + 1, i + 2] = -sign * arm[1], sign * arm[0]
                     right[j : j + 2] += sign * self.spin(state, body) ** 2 * arm
-        for k, place in enumerate(self.fixed):
-            matrix[n + row + k, place] = 1.0
+        for k, coordinate in enumerate(self.fixed):
+            matrix[n + row + k, coordinate] = 1.0
         matrix[:n, n:] = -matrix[n:, :n].T
         for body, arm, force, torque in wrenches:
             if body >= 0:

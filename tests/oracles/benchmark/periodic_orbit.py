@@ -32,10 +32,10 @@ class Crank:
 
     def relative(self, state):
         """Eccentricity, its rate, and the direction of the rod."""
-        rod, place, turning, sliding, crank = state
+        rod, slider, turning, sliding, crank = state
         u = complex(math.cos(rod), math.sin(rod))
         pin = CRANK * complex(math.cos(crank), math.sin(crank))
-        e = place - pin - 2.0 * HALF * u
+        e = slider - pin - 2.0 * HALF * u
         return e, sliding - 1j * self.speed * pin - 2j * HALF * turning * u, u, pin
 
     def depths(self, state):

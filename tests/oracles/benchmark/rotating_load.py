@@ -24,7 +24,7 @@ def short(eps, rate, w, scale):
     return pressure @ np.cos(theta), np.copysign(1.0, w) * (pressure @ np.sin(theta))
 
 
-def place(film, load, low=0.5, high=0.8):
+def steady(film, load, low=0.5, high=0.8):
     """Eccentricity ratio and lead of a steady orbit; film(eps) -> forces."""
 
     def held(eps):
@@ -70,7 +70,7 @@ def finite(cells, soft):
     film = Film(cells, cells // 8, RADIUS / LONG, soft)
     scale = VISCOSITY * LONG * RADIUS**3 / CLEARANCE**2
     w = SPEED - 2.0 * TURNING
-    return place(lambda eps: np.multiply(scale, film.solve(eps, 0.0, w)), HEAVY, 0.65, 0.72)
+    return steady(lambda eps: np.multiply(scale, film.solve(eps, 0.0, w)), HEAVY, 0.65, 0.72)
 
 
 def solve(rtol=1e-11, cells=512):
@@ -78,7 +78,7 @@ def solve(rtol=1e-11, cells=512):
     scale, w = VISCOSITY * RADIUS * SHORT**3 / (2.0 * CLEARANCE**2), SPEED - 2.0 * TURNING
     values = orbit(rtol) if rtol else {}
     layer = LAYER * VISCOSITY * (RADIUS / CLEARANCE) ** 2 / CLEARANCE
-    pairs = {"short_": place(lambda eps: short(eps, 0.0, w, scale), LIGHT)}
+    pairs = {"short_": steady(lambda eps: short(eps, 0.0, w, scale), LIGHT)}
     for name, soft in (("finite_", 0.0), ("elastic_", layer)):
         fine, coarse = finite(cells, soft), finite(cells // 2, soft)
         pairs[name] = fine + (fine - coarse) / 3.0
