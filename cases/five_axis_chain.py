@@ -105,8 +105,8 @@ def scene(
     }
     bodies = {"ground": cl.ground} | _links(READINGS[reading])
     joints = [
-        cl.Revolute(bodies[carrier].at(*place), bodies[f"link{name}"], name=name, **rubbing)
-        for name, (carrier, place, _) in LINKS.items()
+        cl.Revolute(bodies[carrier].at(*position), bodies[f"link{name}"], name=name, **rubbing)
+        for name, (carrier, position, _) in LINKS.items()
     ]
     if drive == "motion":
         drives = [
@@ -122,8 +122,8 @@ def scene(
 
 def _links(masses: tuple[float, ...]) -> dict[str, cl.Body]:
     """The links by name; the frame of each stands at its own joint."""
-    given = zip(LINKS.items(), masses, strict=True)
+    pairs = zip(LINKS.items(), masses, strict=True)
     links = (
-        cl.Body(f"link{name}", mass, INERTIA[mass], com=com) for (name, (_, _, com)), mass in given
+        cl.Body(f"link{name}", mass, INERTIA[mass], com=com) for (name, (_, _, com)), mass in pairs
     )
     return {link.name: link for link in links}

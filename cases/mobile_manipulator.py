@@ -91,10 +91,10 @@ def swung(time, bias, amplitude, frequency, time_constant):
     elapsed, turn = time / time_constant, frequency * time_constant
     fading = math.exp(-elapsed)
     share = 1.0 / (1.0 + turn * turn)
-    left = turn * (2.0 * share + elapsed) * fading
-    swing = share * ((1.0 - turn * turn) * sine - 2.0 * turn * cosine) + left
+    transient = turn * (2.0 * share + elapsed) * fading
+    swing = share * ((1.0 - turn * turn) * sine - 2.0 * turn * cosine) + transient
     swing_rate = share * frequency * ((1.0 - turn * turn) * cosine + 2.0 * turn * sine)
-    swing_rate = swing_rate + (turn * fading - left) / time_constant
+    swing_rate = swing_rate + (turn * fading - transient) / time_constant
     position = bias * (1.0 - (1.0 + elapsed) * fading) + amplitude * share * swing
     return position, bias * elapsed * fading / time_constant + amplitude * share * swing_rate
 
@@ -272,8 +272,8 @@ def _drive(kind, slide, name, simulation, time_constant, stiffness, damping) -> 
     inputs, motion, servo = (
         (SWINGS, swing, swing_servo) if simulation == 1 else (DIGS, dig, dig_servo)
     )
-    given = [n for n in motion.given if n != "time_constant"]
-    numbers = dict(zip(given, inputs[name], strict=True)) | {"time_constant": time_constant}
+    names = [n for n in motion.given if n != "time_constant"]
+    numbers = dict(zip(names, inputs[name], strict=True)) | {"time_constant": time_constant}
     asked = motion(**numbers)
     if kind == "motion":
         return cl.Drive(slide, motion=asked, name=name)

@@ -14,11 +14,11 @@ FIELDS = {"Returns": "returns", "Valid": "Valid", "Source": "Source"}
 SENTENCES = re.compile(r"(?<=[.;]) (?=(?:(?:It )?[Rr]aises [A-Z]|Returns |Valid |Source: ))")
 
 
-def as_restructured_text(app, what, name, thing, options, lines):
+def as_restructured_text(app, kind, name, thing, options, lines):
     """Handler of autodoc: change the lines of a docstring in place."""
-    named = parameters_of(thing) if what in KINDS else {}
+    named = parameters_of(thing) if kind in KINDS else {}
     lines[:] = restructured(lines, set(named), {n: p for n, p in named.items() if p}, True)
-    called = what in ("function", "method")
+    called = kind in ("function", "method")
     if called and not any(n.startswith(":returns:") for n in lines) and (text := returned(thing)):
         lines += ["", f":returns: {text}", ""]
 

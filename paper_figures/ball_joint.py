@@ -51,7 +51,7 @@ def errors(study: studies.Study):
     names = [e.model for e in study.errors]
     columns = {"training": ("#0b3d91", "#9db8e8"), "test": ("#c8102e", "#f0a8b2")}
     for k, (role, (measured, printed)) in enumerate(columns.items()):
-        place = np.arange(len(names)) + 0.44 * k - 0.33
+        where = np.arange(len(names)) + 0.44 * k - 0.33
         ours, theirs = (
             [getattr(e, f"{who}{role}") for e in study.errors] for who in ("", "source_")
         )
@@ -59,7 +59,7 @@ def errors(study: studies.Study):
             (ours, 0.0, measured, "here"),
             (theirs, 0.2, printed, "source"),
         ):
-            drawn = bars.bar(place + shift, heights, 0.19, color=colour, label=f"{role}, {who}")
+            drawn = bars.bar(where + shift, heights, 0.19, color=colour, label=f"{role}, {who}")
             bars.bar_label(drawn, fmt="%.3f", fontsize=8, padding=1)
     bars.set_xticks(range(len(names)), [NAMES[n] for n in names])
     bars.set_xlim(-0.5, len(names) - 0.4)
@@ -151,12 +151,12 @@ def _plane(axes, e: studies.Extrapolation):
     finish(axes, "torque of spin [N m]", "torque of tilt [N m]", legend=False)
 
 
-def _every(axes, study: studies.Study, what: str, label: str):
+def _every(axes, study: studies.Study, field: str, label: str):
     """One number of each motion and model, motions by group."""
     shown = sorted(study.extrapolations, key=lambda e: ("fast", "small", "mixed").index(e.group))
     places = np.arange(len(shown))[::-1]
     for name, mark in zip(STYLE, "oosD^", strict=True):
-        values = [getattr(e, what).get(name, 0.0) for e in shown]
+        values = [getattr(e, field).get(name, 0.0) for e in shown]
         if max(values) > 1e-9:
             open_face = {"mfc": "none", "ms": 8} if name == "lugre1d" else {"ms": 5}
             axes.plot(values, places, mark, color=STYLE[name]["color"], **open_face)

@@ -57,8 +57,8 @@ def picture(rows):
             axes.set_ylim(0.0, None)
     groups = list(rows[0].nrmse)
     for k, (f, style) in enumerate(zip(rows, STROKES, strict=True)):
-        place = np.arange(len(groups)) + 0.25 * (k - 1.0)
-        drawn = bars.bar(place, [f.nrmse[g] for g in groups], 0.24, color=style["color"])
+        where = np.arange(len(groups)) + 0.25 * (k - 1.0)
+        drawn = bars.bar(where, [f.nrmse[g] for g in groups], 0.24, color=style["color"])
         bars.bar_label(drawn, fmt="%.2f", fontsize=8, padding=1)
     beyond = {"fast": "fast spin, tilt", "small": "small sines", "mixed": "mixed motion"}
     bars.set_xticks(range(len(groups)), [beyond.get(g, g) for g in groups])

@@ -339,12 +339,12 @@ class Recovery:
     roles: tuple[str, ...]
     names: tuple[str, ...]
     true: np.ndarray
-    found: np.ndarray
+    fits: np.ndarray
 
     @property
     def errors(self) -> np.ndarray:
         """Relative errors (draws, p)."""
-        return self.found / self.true - 1.0
+        return self.fits / self.true - 1.0
 
 
 #: trials that parameters are recovered from: those that the fits of the studies see, and all of one
@@ -374,22 +374,22 @@ def recovery(
 
     The true values are those of `KNOWN`, about the spin axis 0.8 times as large.
     """
-    made = models.model(model)
-    parts = [p.name.split("_", 1) for p in made.parameters]
+    built = models.model(model)
+    parts = [p.name.split("_", 1) for p in built.parameters]
     true = np.array([(0.8 if group == "spin" else 1.0) * KNOWN[part] for group, part in parts])
     motions = bench(scatter=0.0, noise=0.0).of(*roles).trials
     rows = []
     for seed in seeds:
         random = np.random.default_rng(seed)
-        trials = [_own(made, true, trial, noise, random) for trial in motions]
-        values = fit(Measurement(tuple(trials)), made, starts=starts, seed=seed).values
-        rows.append([values[p.name] for p in made.parameters])
+        trials = [_imitated(built, true, trial, noise, random) for trial in motions]
+        values = fit(Measurement(tuple(trials)), built, starts=starts, seed=seed).values
+        rows.append([values[p.name] for p in built.parameters])
     return Recovery(
-        made.name, tuple(roles), tuple(p.name for p in made.parameters), true, np.array(rows)
+        built.name, tuple(roles), tuple(p.name for p in built.parameters), true, np.array(rows)
     )
 
 
-def _own(model: models.Model, values, trial: Trial, noise: float, random) -> Trial:
+def _imitated(model: models.Model, values, trial: Trial, noise: float, random) -> Trial:
     """A trial for training with the model's torque."""
     torque = model.torque(values, trial) + noise * random.standard_normal((trial.samples, 3))
     return Trial(
@@ -604,7 +604,7 @@ def _recovery_table(result: Study) -> list[str]:
             if n.split("_", 1)[1] != name.split("_", 1)[1]
         )
         lines.append(
-            f"| {r.model} | {', '.join(r.roles)} | {len(r.found)} | {worst.max():.1f} % | {name} | "
+            f"| {r.model} | {', '.join(r.roles)} | {len(r.fits)} | {worst.max():.1f} % | {name} | "
             f"{others:.1f} % |"
         )
     return lines

@@ -100,8 +100,8 @@ def five_axis(reading: str = "P") -> list:
     names = ["ground", *(f"link{name}" for name in LINKS)]
     bodies = zip(LINKS.values(), READINGS[reading], strict=True)
     return [
-        (names.index(carrier) - 1 if carrier != "ground" else None, place, com, mass, INERTIA[mass])
-        for (carrier, place, com), mass in bodies
+        (names.index(carrier) - 1 if carrier != "ground" else None, pivot, com, mass, INERTIA[mass])
+        for (carrier, pivot, com), mass in bodies
     ]
 
 
@@ -117,9 +117,9 @@ def links_of(joints: int) -> list:
 def serial(joints: int) -> cl.Scene:
     """The chain of `links_of` with a prescribed motion of every joint."""
     before, parts = cl.ground, []
-    for i, (_, place, com, mass, inertia) in enumerate(links_of(joints)):
+    for i, (_, pivot, com, mass, inertia) in enumerate(links_of(joints)):
         link = cl.Body(f"link{i}", mass, inertia, com=com)
-        joint = cl.Revolute(before.at(*place), link, name=f"joint{i}")
+        joint = cl.Revolute(before.at(*pivot), link, name=f"joint{i}")
         motion = speeding_up(acceleration=ACCELERATION + 0.01 * i)
         parts += [joint, cl.Drive(joint, motion=motion, name=f"joint{i}")]
         before = link

@@ -36,12 +36,12 @@ def costs(rows):
     """Operations, channels and time of a step of each scene, as bars."""
     figure = sheet(11.0, 1.0 + 0.45 * len(rows))
     panels = figure.subplots(1, 3, sharey=True, width_ratios=(1, 1, 1.6))
-    place = np.arange(len(rows))[::-1]
+    level = np.arange(len(rows))[::-1]
     for axes, name, label in (
         (panels[0], "operations", "operations a right-hand side"),
         (panels[1], "channels", "output channels"),
     ):
-        bars = axes.barh(place, [getattr(r, name) for r in rows], color="0.55")
+        bars = axes.barh(level, [getattr(r, name) for r in rows], color="0.55")
         axes.bar_label(bars, fontsize=7, padding=2)
         axes.margins(x=0.18)
         finish(axes, "", label)
@@ -59,14 +59,14 @@ def costs(rows):
             "error_kw": {"lw": 0.8, "capsize": 1.5},
         }
         panels[2].barh(
-            place + 0.27 * (1 - i), time, 0.25, xerr=(time - low, high - time), label=label, **style
+            level + 0.27 * (1 - i), time, 0.25, xerr=(time - low, high - time), label=label, **style
         )
     panels[2].margins(x=0.03)
     finish(panels[2], "", "CPU time of a step [us]; lines: range of the repeats")
     figure.suptitle(ablation.doubt(rows), fontsize="medium", color="#b03a00")
     for axes in panels:
         axes.set_axisbelow(True)
-    panels[0].set_yticks(place, [r.name for r in rows], fontsize=8)
+    panels[0].set_yticks(level, [r.name for r in rows], fontsize=8)
     return figure
 
 

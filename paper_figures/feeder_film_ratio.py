@@ -61,10 +61,10 @@ def functions():
     values = np.array([memberships(r, *THRESHOLDS.values()) for r in ratio]).T
     for (name, colour), curve in zip(STATES.items(), values, strict=True):
         axes.plot(ratio, curve, color=colour, ls=DASHES[name], lw=1.6, label=name)
-    for name, place in THRESHOLDS.items():
-        axes.axvline(place, color="0.5", lw=0.7, ls=":")
+    for name, limit in THRESHOLDS.items():
+        axes.axvline(limit, color="0.5", lw=0.7, ls=":")
         axes.text(
-            place, 1.01, f" {name} {place:g}", color="0.3", fontsize="small", ha="left", va="bottom"
+            limit, 1.01, f" {name} {limit:g}", color="0.3", fontsize="small", ha="left", va="bottom"
         )
     finish(axes, "membership [-]", "film thickness ratio [-]", legend=False)
     axes.set(xscale="log", xlim=(ratio[0], ratio[-1]), ylim=(0.0, 1.1))
@@ -82,10 +82,10 @@ def regimes(runs: dict):
         joint = run.joint("B")
         line(column[0], angle, joint.film_thickness_ratio[last], color="black", lw=1.2)
         column[0].set_title(f"oil {1e3 * oil:g} mPa s", fontsize="medium")
-        for name, place in THRESHOLDS.items():
-            column[0].axhline(place, color="0.5", lw=0.7, ls=":")
+        for name, limit in THRESHOLDS.items():
+            column[0].axhline(limit, color="0.5", lw=0.7, ls=":")
             column[0].text(
-                195.0, place, f"{name} {place:g}", color="0.3", fontsize="small", va="bottom"
+                195.0, limit, f"{name} {limit:g}", color="0.3", fontsize="small", va="bottom"
             )
         weights = [getattr(joint, name)[last] for name in MEMBERSHIPS]
         column[1].stackplot(

@@ -123,13 +123,13 @@ def path(axes, run, turns: float, colours: dict, state: np.ndarray) -> None:
 
 def gap(axes, run, colours: dict, state: np.ndarray) -> None:
     angle, late, xlabel = abscissa(run, "angle", 1.0)
-    left = 1e6 * run.joint("B").gap[late]
+    gaps = 1e6 * run.joint("B").gap[late]
     for _, colour, here in parts(colours, state[late]):
-        axes.plot(angle, np.where(here, left, np.nan), color=colour, lw=0.9)
+        axes.plot(angle, np.where(here, gaps, np.nan), color=colour, lw=0.9)
     finish(axes, "", xlabel, legend=False)
     axes.set_xlim(0.0, 360.0)
     degrees(axes, most=5)
-    words = f"smallest {left.min():.3g} µm"
+    words = f"smallest {gaps.min():.3g} µm"
     if colours is STATES:
         words += f"\nfilm thickness ratio {ratio(run)[late].min():.2g}"
     axes.text(0.58, 0.95, words, transform=axes.transAxes, ha="center", va="top", fontsize="small")

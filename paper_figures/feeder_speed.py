@@ -103,8 +103,8 @@ def curves(runs: dict, span: str, claim: str):
         for name, run in models.items():
             angle, last, xlabel = abscissa(run, "angle", 1.0)
             for which, (y, scale) in enumerate(zip(shown(run), scales, strict=True)):
-                place = row[2 * which + (name == DRY)]
-                line(place, angle, y[last] / scale, **{"lw": 1.2, "label": name} | STYLES[name])
+                panel = row[2 * which + (name == DRY)]
+                line(panel, angle, y[last] / scale, **{"lw": 1.2, "label": name} | STYLES[name])
         for axes in row:
             finish(axes, "", "", legend=False)
         row[0].set_ylabel(label, fontweight="bold")

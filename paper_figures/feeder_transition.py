@@ -67,7 +67,7 @@ def draw(work: workshop.Workshop) -> None:
         itertools.product(work.less(CLEARANCES, CLEARANCES[:1]), work.less(OILS, OILS[:2]))
     )
     chosen = {
-        (name, place): mixed(work, place, **CHOICES[name]) for place in places for name in CHOICES
+        (name, point): mixed(work, point, **CHOICES[name]) for point in places for name in CHOICES
     }
     heads = [
         "transition",
@@ -81,28 +81,28 @@ def draw(work: workshop.Workshop) -> None:
         HOLE,
     ]
     rows = [
-        row(name, place, run, chosen[REFERENCE, place]) for (name, place), run in chosen.items()
+        row(name, point, run, chosen[REFERENCE, point]) for (name, point), run in chosen.items()
     ]
     work.table(heads, rows, "choices", f"Of 2 turns after {SETTLE}.")
     work.keep(choices(chosen, places), "choices")
     shaped = {
-        (shape, scale, place): mixed(work, place, memberships=table(work, shape, scale))
-        for place in places
+        (shape, scale, point): mixed(work, point, memberships=table(work, shape, scale))
+        for point in places
         for shape in SHAPES
         for scale in SCALES
     }
     heads[:1] = ["memberships", "thresholds times"]
     rows = [
-        [shape, scale, *row("", place, run, chosen[REFERENCE, place])[1:]]
-        for (shape, scale, place), run in shaped.items()
+        [shape, scale, *row("", point, run, chosen[REFERENCE, point])[1:]]
+        for (shape, scale, point), run in shaped.items()
     ]
     work.table(heads, rows, "thresholds", f"Of 2 turns after {SETTLE}.")
     work.keep(thresholds(shaped, chosen, places), "thresholds")
 
 
-def mixed(work: workshop.Workshop, place: tuple[float, float], **parameters):
+def mixed(work: workshop.Workshop, point: tuple[float, float], **parameters):
     """A run at a clearance and an oil."""
-    clearance, oil = place
+    clearance, oil = point
     where = {"clearance": clearance, "viscosity": oil}
     return feeder(work, model="mixed", **where, **parameters, turns=SETTLE + 2)
 
@@ -126,7 +126,7 @@ def table(work: workshop.Workshop, shape: str, scale: float) -> str:
     return str(path)
 
 
-def row(name: str, place: tuple[float, float], run, reference) -> list:
+def row(name: str, point: tuple[float, float], run, reference) -> list:
     """Extremes of a run, and its force beside that of load sharing."""
     late = SETTLE * run.turn
     force, then = (np.hypot(*r.joint("B").force[settled(r)].T) for r in (run, reference))
@@ -136,8 +136,8 @@ def row(name: str, place: tuple[float, float], run, reference) -> list:
     apart = [peak, peak / base, rms(force - then), acceleration, ratio]
     return [
         name,
-        f"{1e3 * place[0]:g}",
-        f"{1e3 * place[1]:g}",
+        f"{1e3 * point[0]:g}",
+        f"{1e3 * point[1]:g}",
         *map(float, apart),
         HOLE if holed(run) else "-",
     ]
@@ -151,8 +151,8 @@ def holed(run) -> bool:
     return any(HOLE in warning for warning in run.warnings)
 
 
-def label(place: tuple[float, float]) -> str:
-    return f"{1e3 * place[0]:g} mm\n{1e3 * place[1]:g} mPa s"
+def label(point: tuple[float, float]) -> str:
+    return f"{1e3 * point[0]:g} mm\n{1e3 * point[1]:g} mPa s"
 
 
 def choices(chosen: dict, places: list):
@@ -163,7 +163,7 @@ def choices(chosen: dict, places: list):
     above, below = figure.subplots(2, 1, sharex=True)
     at = np.arange(len(places))
     for i, name in enumerate(CHOICES):
-        runs = [chosen[name, place] for place in places]
+        runs = [chosen[name, point] for point in places]
         forces = [
             peak_of(run) / peak_of(chosen[REFERENCE, p])
             for run, p in zip(runs, places, strict=True)
@@ -180,7 +180,7 @@ def choices(chosen: dict, places: list):
     above.set_yscale("log")
     finish(above, "largest force in joint B\nover that of load sharing [-]", "", legend=False)
     finish(below, "smallest film\nthickness ratio [-]", "", legend=False)
-    below.set_xticks(at, [label(place) for place in places])
+    below.set_xticks(at, [label(point) for point in places])
     below.set_yscale("symlog", linthresh=1.0)
     below.set_yticks(RATIOS, [f"{r:g}" for r in RATIOS])
     for axes in (above, below):
@@ -215,10 +215,10 @@ def thresholds(shaped: dict, chosen: dict, places: list):
     figure = sheet(9.5, 2.8 * rows + 1.6)
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     forces = {shape: [] for shape in SHAPES}
-    for axes, place in zip(panels.flat, places, strict=False):
-        base = peak_of(chosen[REFERENCE, place])
+    for axes, point in zip(panels.flat, places, strict=False):
+        base = peak_of(chosen[REFERENCE, point])
         for i, shape in enumerate(SHAPES):
-            runs = [shaped[shape, scale, place] for scale in SCALES]
+            runs = [shaped[shape, scale, point] for scale in SCALES]
             y = np.array([peak_of(r) for r in runs]) / base
             forces[shape].append(y)
             at = np.array(SCALES) * 1.06 ** (i - 1)
@@ -245,15 +245,15 @@ def thresholds(shaped: dict, chosen: dict, places: list):
     for row in panels:
         row[0].set_ylabel("largest force in joint B\nover load sharing [-]")
     reach = np.array([forces[shape] for shape in SHAPES])
-    for axes, place, factor in zip(panels.flat, places, by_thresholds(reach), strict=False):
-        axes.set_title(f"{said(place)}: ×\u00a0{factor:.3g} apart", fontsize="medium")
+    for axes, point, factor in zip(panels.flat, places, by_thresholds(reach), strict=False):
+        axes.set_title(f"{words(point)}: ×\u00a0{factor:.3g} apart", fontsize="medium")
     say(figure, spread(reach, places))
     legend_below(figure, panels[0, 0])
     return figure
 
 
-def said(place: tuple[float, float]) -> str:
-    return label(place).replace("\n", ", ")
+def words(point: tuple[float, float]) -> str:
+    return label(point).replace("\n", ", ")
 
 
 def by_thresholds(forces: np.ndarray) -> np.ndarray:
@@ -272,7 +272,7 @@ def spread(forces: np.ndarray, places: list) -> str:
     worst, others = int(factors.argmax()), np.sort(factors)[:-1]
     text = (
         f"Halved and doubled thresholds part by a factor of {factors[worst]:.3g} at "
-        f"{said(places[worst])}"
+        f"{words(places[worst])}"
     )
     if others.size:
         text += (

@@ -100,12 +100,12 @@ def compiled_law(law: BoundLaw, slopes: bool) -> tuple[Callable, np.ndarray, int
     """
     function = traced(law.law.function, law.law.kinds)
     function = function.slopes((0, 1, 2)) if slopes else function
-    place, kernel_at = address(compiled(function), KERNEL), caller(KERNEL)
+    pointer, kernel_at = address(compiled(function), KERNEL), caller(KERNEL)
 
     @njit(error_model="numpy")
     def evaluate(arguments, par, values):
         for i in range(len(arguments)):
-            kernel_at(place)(0.0, arguments[i], par, par, values[i])
+            kernel_at(pointer)(0.0, arguments[i], par, par, values[i])
 
     numbers = law.source(JOINT).numbers if isinstance(law.law, DataLaw) else np.zeros(1)
     return evaluate, np.asarray(numbers, float), function.count
@@ -281,10 +281,10 @@ def convergence(
         last = None
         for mesh in meshes:
             progress(f"{solver} {mesh}")
-            made = (film or bands.FastFilm)(bearing, mesh)
-            made.solve(*states[0])  # warm
+            oil_film = (film or bands.FastFilm)(bearing, mesh)
+            oil_film.solve(*states[0])  # warm
             began = time.thread_time()
-            solutions = [made.solve(*state) for state in states]
+            solutions = [oil_film.solve(*state) for state in states]
             seconds = (time.thread_time() - began) / len(states)
             forces = np.array([(s.radial, s.tangential) for s in solutions])
             each = np.hypot(*(forces - wanted).T) / np.hypot(*wanted.T)

@@ -28,8 +28,8 @@ def arrow(axes, start, end, text="", at=(0.0, 0.0), colour=INK, style=ARROW) -> 
     """An arrow between two points, and a text beside its end or, of two heads, its middle."""
     start, end = np.asarray(start), np.asarray(end)
     axes.annotate("", end, start, arrowprops=style | {"color": colour})
-    place = 0.5 * (start + end) if style is BOTH else end
-    axes.text(*(place + at), text, color=colour, ha="center", va="center", size=9)
+    point = 0.5 * (start + end) if style is BOTH else end
+    axes.text(*(point + at), text, color=colour, ha="center", va="center", size=9)
 
 
 def direction(angle) -> np.ndarray:
@@ -84,9 +84,9 @@ def draw_bodies(axes) -> None:
     axes.annotate("centre of mass:\nx, y of the body", at(1.15, -0.07), (2.5, 0.1), **words)
     block = [at(u, v) for u, v in ((2.2, 0.12), (2.8, 0.12), (2.8, 0.62), (2.2, 0.62))]
     axes.add_patch(Polygon(block, closed=True, fc="#fde3cf", ec=BODY_B, lw=1.2))
-    for place, name, colour in ((at(1.6, 0.0), "a", BODY_A), (at(2.5, 0.4), "b", BODY_B)):
-        axes.plot(*place, "s", color=colour, ms=4)
-        axes.text(*(place - (0.16, 0.04)), name, color=colour)
+    for point, name, colour in ((at(1.6, 0.0), "a", BODY_A), (at(2.5, 0.4), "b", BODY_B)):
+        axes.plot(*point, "s", color=colour, ms=4)
+        axes.text(*(point - (0.16, 0.04)), name, color=colour)
     for ends in (((1.6, 0.0), (1.6, 1.0)), ((2.5, 0.4), (2.5, 1.0))):
         axes.plot(*zip(*(at(*e) for e in ends), strict=True), color=GROUND, lw=0.8, ls=":")
     for ends in (((1.6, 0.0), (3.3, 0.0)), ((2.5, 0.4), (3.3, 0.4))):

@@ -159,24 +159,24 @@ def loops():
     figure = sheet(11.0, 3.8)
     before, away, lag = figure.subplots(1, 3)
     for i, amplitude in enumerate((0.4e-6, 1.0e-6, 3.0e-6)):
-        time, place, _, friction = _moved(
+        time, shift, _, friction = _moved(
             lambda t, a=amplitude: a * np.sin(t), lambda t, a=amplitude: a * np.cos(t)
         )
         last = time >= time[-1] - 2.0 * np.pi
         label = f"±{1e6 * amplitude:g} µm"
         line(
             before,
-            1e6 * place[last],
+            1e6 * shift[last],
             friction[last],
             label=label,
             **(stroke(2 - i, 3) | {"lw": 1.4}),
         )
     finish(before, "friction / normal force [-]", "displacement [µm]\nbefore sliding, to and fro")
     for i, speed in enumerate((1e-4, 2e-3, 1e-2)):
-        _, place, _, friction = _moved(
+        _, shift, _, friction = _moved(
             lambda t, v=speed: v * t, lambda t, v=speed: v + 0.0 * t, end=6e-6 / speed
         )
-        line(away, 1e6 * place, friction, label=f"{1e3 * speed:g} mm/s", **stroke(i, 3), lw=1.4)
+        line(away, 1e6 * shift, friction, label=f"{1e3 * speed:g} mm/s", **stroke(i, 3), lw=1.4)
     finish(away, "", "displacement [µm]\nbreaking away at constant speed")
     for i, pace in enumerate((1.0, 300.0, 1000.0)):
         time, _, rate, friction = _moved(
@@ -190,7 +190,7 @@ def loops():
     return figure
 
 
-def _moved(place, rate, end: float = 16.0 * np.pi):
+def _moved(shift, rate, end: float = 16.0 * np.pi):
     """Times, displacements, rates and friction over the normal force (n,) of bristles moved in a
     given way.
     """
@@ -207,4 +207,4 @@ def _moved(place, rate, end: float = 16.0 * np.pi):
     )
     rates = np.broadcast_to(rate(time), time.shape)
     friction = [-law(float(z), float(v), 1.0)[1] for z, v in zip(solution.y[0], rates, strict=True)]
-    return time, np.broadcast_to(place(time), time.shape), rates, np.array(friction)
+    return time, np.broadcast_to(shift(time), time.shape), rates, np.array(friction)

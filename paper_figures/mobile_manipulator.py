@@ -73,7 +73,7 @@ def draw(work: workshop.Workshop) -> None:
     peaks(work, runs)
 
 
-def place(run, body: str, x: float, y: float) -> np.ndarray:
+def path_of(run, body: str, x: float, y: float) -> np.ndarray:
     """Path (samples, 2) of a point of a body, given in its frame [m]."""
     com = next(b["com"] for b in run.scene["bodies"] if b["name"] == body)
     body_channels = run[body]
@@ -83,7 +83,7 @@ def place(run, body: str, x: float, y: float) -> np.ndarray:
 
 def stroke_of(run, name: str) -> np.ndarray:
     """Extension of an actuator (samples,) [m]: distance of its pins beyond that at zero."""
-    apart = place(run, f"{name}_rod", 0.0, 0.0) - place(run, f"{name}_barrel", 0.0, 0.0)
+    apart = path_of(run, f"{name}_rod", 0.0, 0.0) - path_of(run, f"{name}_barrel", 0.0, 0.0)
     return np.hypot(*apart.T) - ACTUATORS[name].length
 
 
@@ -99,13 +99,13 @@ def moved(time: np.ndarray, name: str, simulation: int) -> np.ndarray:
         return np.array([bias + swing, rate, -(frequency**2) * swing])
     tau = TIME_CONSTANTS[simulation]
     if simulation == 1:
-        given = np.array([swung(t, *SWINGS[name], 0.0)[0] for t in time])
+        signal = np.array([swung(t, *SWINGS[name], 0.0)[0] for t in time])
         behind = [swung(t, *SWINGS[name], tau) for t in time]
     else:
-        given = np.interp(time, (0.0, *PHASES), (0.0, *DIGS[name]))
+        signal = np.interp(time, (0.0, *PHASES), (0.0, *DIGS[name]))
         behind = [dug(t, *DIGS[name], tau) for t in time]
     position, rate = np.array(behind).T
-    return np.array([position, rate, (given - position - 2.0 * tau * rate) / tau**2])
+    return np.array([position, rate, (signal - position - 2.0 * tau * rate) / tau**2])
 
 
 def curves(axes, time: np.ndarray, values: dict) -> None:
@@ -153,8 +153,8 @@ def lever(run, pin: str) -> np.ndarray:
     """Lever arm of the actuator about a pin (samples,) [m]: its extension a turn of the pin."""
     before, name = PINS[pin]
     place_before = (0.0, 0.0) if before is None else LINKS[before][1]
-    hinge = place(run, before, *place_before) if before else np.zeros((run.time.size, 2))
-    base, end = place(run, f"{name}_barrel", 0.0, 0.0), place(run, f"{name}_rod", 0.0, 0.0)
+    hinge = path_of(run, before, *place_before) if before else np.zeros((run.time.size, 2))
+    base, end = path_of(run, f"{name}_barrel", 0.0, 0.0), path_of(run, f"{name}_rod", 0.0, 0.0)
     arm, along = end - hinge, (end - base) / np.hypot(*(end - base).T)[:, None]
     return arm[:, 0] * along[:, 1] - arm[:, 1] * along[:, 0]
 
@@ -253,7 +253,7 @@ def paths(runs: dict):
     figure = sheet(10.0, 5.5)
     cells = figure.add_gridspec(2, 2, width_ratios=(5, 4))
     axes, late, cut = (figure.add_subplot(c) for c in (cells[:, 0], cells[0, 1], cells[1, 1]))
-    tooth = {n: 1e3 * place(run, "bucket", *LINKS["bucket"][1]) for n, run in runs.items()}
+    tooth = {n: 1e3 * path_of(run, "bucket", *LINKS["bucket"][1]) for n, run in runs.items()}
     time = runs[2].time
     beside = off(tooth[2], tooth[3], round(1.0 / (time[1] - time[0])))
     corner = tooth[2][beside.argmax()]

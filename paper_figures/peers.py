@@ -86,7 +86,7 @@ class Problem(horizon.Problem):
     def work(self) -> np.ndarray:
         return np.append(self.mechanism.work0, 0.0)
 
-    def own(
+    def solution(
         self, method: str, rtol: float, displacement: float = 0.0, max_steps: int | None = None
     ) -> Solution:
         """Solved by a stepper of this package, warm; seconds are CPU time of the compiled loop."""
@@ -105,14 +105,14 @@ class Problem(horizon.Problem):
 
     @cached_property
     def reference(self) -> np.ndarray:
-        return self.own(self.reference_methods[0], REFERENCE_RTOL).states
+        return self.solution(self.reference_methods[0], REFERENCE_RTOL).states
 
     @cached_property
     def doubt(self) -> float:
         """Deviation of a second method at its tightest from the reference: no error below this
         means anything.
         """
-        return self.error(self.own(self.reference_methods[1], CHECK_RTOL).states)
+        return self.error(self.solution(self.reference_methods[1], CHECK_RTOL).states)
 
 
 class OverBudget(Exception):
@@ -128,11 +128,11 @@ def dispatched(kernel: Callable) -> Callable:
         return kernel
     import numba
 
-    place, kernel_at = store.address(kernel, store.KERNEL), store.caller(store.KERNEL)
+    pointer, kernel_at = store.address(kernel, store.KERNEL), store.caller(store.KERNEL)
 
     @numba.njit(store.KERNEL_SIGNATURE)
     def call(t, y, par, work, out):
-        kernel_at(place)(t, y, par, work, out)
+        kernel_at(pointer)(t, y, par, work, out)
 
     return call
 
@@ -263,8 +263,8 @@ def _legs(problem: Problem, phase: Phase, leg: Callable):
     t, y, rows = 0.0, problem.start(), []
     phase.begin(t, y)
     for _ in range(PHASES):
-        left = problem.times[sum(map(len, rows)) :]
-        t, y, joint, states = leg(t, y, left)
+        rest = problem.times[sum(map(len, rows)) :]
+        t, y, joint, states = leg(t, y, rest)
         rows.append(states)
         if joint is None:
             return np.concatenate(rows)
@@ -356,7 +356,7 @@ class NumbaLsoda:
         if problem.remembers:
             raise NotSolved("no events: it cannot do a law that remembers the impact speed")
         m = problem.mechanism
-        place, kernel_at = store.address(m.kernel("rhs"), store.KERNEL), store.caller(store.KERNEL)
+        entry, kernel_at = store.address(m.kernel("rhs"), store.KERNEL), store.caller(store.KERNEL)
         size, numbers, works = m.y0.size, m.par.size, problem.work().size
         inputs = numbers + works
 
@@ -371,7 +371,7 @@ class NumbaLsoda:
             )
             for i in range(size):
                 y[i] = scaled[i] * sizes[i]
-            kernel_at(place)(t, y, inside[:numbers], inside[numbers:inputs], f)
+            kernel_at(entry)(t, y, inside[:numbers], inside[numbers:inputs], f)
             for i in range(size):
                 rates[i] = f[i] / sizes[i]
 

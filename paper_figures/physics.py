@@ -124,12 +124,12 @@ def compare(
                 np.sqrt(((rows[choice.name] - rows[finest]) ** 2).mean()) / size
             )
             choice.peak = float(np.abs(rows[choice.name]).max())
-    given = " ".join(
+    parameters = " ".join(
         f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items()
     )
     remarks = ["dry runs are chaotic: their distance is one sample of a statistical quantity"]
     return Comparison(
-        f"{case.name} {given}".strip(),
+        f"{case.name} {parameters}".strip(),
         "rms of the drive's effort over its rms",
         finest,
         choices,

@@ -30,13 +30,13 @@ TURNS, SETTLE = 1200.0, 200.0
 
 def draw(work: workshop.Workshop) -> None:
     turns, settle = work.less((TURNS, SETTLE), (100.0, 40.0))
-    given = FIXED | {"friction_coefficient": 0.03, "clearance": 1e-3}
+    parameters = FIXED | {"friction_coefficient": 0.03, "clearance": 1e-3}
     with ExitStack() as opened:
         runs = [
             opened.enter_context(
                 work.run(
                     "slider_crank",
-                    given | {"speed": cl.rpm(n)},
+                    parameters | {"speed": cl.rpm(n)},
                     turns=turns,
                     samples_per_turn=40,
                     channels=KEPT,

@@ -339,7 +339,7 @@ def closure(result: Result) -> float:
     centres = {b["name"]: b["com"] for b in scene["bodies"]} | {"ground": (0.0, 0.0)}
     worst, size = 0.0, 1e-300
 
-    def place(point):
+    def position(point):
         if point["body"] == "ground":
             return point["x"], point["y"]
         body = result[point["body"]]
@@ -348,7 +348,7 @@ def closure(result: Result) -> float:
         return body.x + c * x - s * y, body.y + s * x + c * y
 
     for joint in scene["joints"]:
-        (ax, ay), (bx, by) = place(joint["a"]), place(joint["b"])
+        (ax, ay), (bx, by) = position(joint["a"]), position(joint["b"])
         size = max(size, float(np.max(np.abs([ax, ay]))))
         if joint["type"] == "Prismatic":
             continue

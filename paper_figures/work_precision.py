@@ -137,7 +137,7 @@ def work_precision(
             "a film with a memory makes no initial value problem that solvers could share"
         )
     problem.mechanism.structure.fuse_stages()
-    problem.own(problem.reference_methods[0], 1e-3, max_steps=STEP_LIMIT)
+    problem.solution(problem.reference_methods[0], 1e-3, max_steps=STEP_LIMIT)
     shared = time.perf_counter() - began
     remarks.append(f"kernels and time loop: {shared:.2g} s; all solvers share the right-hand side")
     statistics: dict[float, dict[str, Mean]] = {}
@@ -149,7 +149,7 @@ def work_precision(
     progress("reference")
     doubt = problem.doubt
     solvers = [
-        (m, True, _own(m))
+        (m, True, _stepper_of(m))
         for m in METHODS
         if m == "dop853" or not (problem.contacts and not problem.films)
     ]
@@ -214,7 +214,7 @@ def _comparable(problem: Problem, remarks: list[str]) -> Problem:
     floor.
     """
     method = problem.reference_methods[0]
-    neighbour = problem.own(method, 1e-13, DISPLACEMENT).states
+    neighbour = problem.solution(method, 1e-13, DISPLACEMENT).states
     time_of_parting = parting(problem, problem.reference, neighbour, FLOOR)
     if time_of_parting is None:
         return problem
@@ -227,8 +227,8 @@ def _comparable(problem: Problem, remarks: list[str]) -> Problem:
     return Problem(problem.scene, time_of_parting)
 
 
-def _own(method: str):
-    return lambda problem: lambda p, rtol: p.own(method, rtol, max_steps=STEP_LIMIT)
+def _stepper_of(method: str):
+    return lambda problem: lambda p, rtol: p.solution(method, rtol, max_steps=STEP_LIMIT)
 
 
 def _add_peer(solvers: list, name: str, module: str, prepare: Callable, remarks: list[str]) -> None:

@@ -219,13 +219,13 @@ class Lens:
         (x, y), radius = MM * self.centre, MM * self.magnify * self.clearance
 
         def put(text: str, drop: float, **style):
-            place = {
+            offset = {
                 "xytext": (0.0, -drop),
                 "textcoords": "offset points",
                 "ha": "center",
                 "va": "top",
             }
-            return drawing.axes.annotate(text, (x, y - 1.1 * radius), **place, **style)
+            return drawing.axes.annotate(text, (x, y - 1.1 * radius), **offset, **style)
 
         drawing.axes.text(
             x - radius, y + 0.95 * radius, self.name, fontsize=11, fontweight="bold", ha="center"
@@ -300,11 +300,11 @@ class GuideLens:
     def draw(self, drawing: Drawing, strongest: float) -> None:
         """Walls, block, forces on its corners and captions, as artists of the drawing."""
         scale = self.magnify * self.reach / np.abs(self.walls[..., 1]).max()
-        place, pushed = self.centre + scale * self.corners, self.centre + scale * self.pushed
+        faces, pushed = self.centre + scale * self.corners, self.centre + scale * self.pushed
         for wall in self.centre + scale * self.walls:
             drawing.line(wall[None], color=EDGE, lw=1.2, zorder=4)
         face = drawing.face(
-            place[:, [0, 1, 3, 2]], facecolor="white", edgecolor=EDGE, lw=1.0, zorder=5
+            faces[:, [0, 1, 3, 2]], facecolor="white", edgecolor=EDGE, lw=1.0, zorder=5
         )
         for artist in (face, drawing.rings[self.name]):
             drawing.moving.append((artist, artist.set_edgecolor, self.colours))
@@ -345,10 +345,10 @@ def _arrange(lenses: list[Lens], drawing: Drawing, magnify: float | None) -> Non
     that moves.
     """
     if magnify is not None and not (lenses and np.isfinite(magnify) and magnify > 0.0):
-        what = (
+        problem = (
             "this mechanism has no clearance joint" if not lenses else "must be a positive number"
         )
-        raise ValueError(f"magnify {what}, got {magnify!r}")
+        raise ValueError(f"magnify {problem}, got {magnify!r}")
     if not lenses:
         return
     low, high = drawing.low / MM, drawing.high / MM
@@ -369,8 +369,8 @@ def _arrange(lenses: list[Lens], drawing: Drawing, magnify: float | None) -> Non
     room = width / breadth if below else height / SLOT / breadth
     line = max(int(1.2 * room), round(len(lenses) ** 0.5))  # lenses in a row or column
     for i, lens in enumerate(lenses):
-        rank, place = divmod(i, line)
-        middle = place - 0.5 * (min(line, len(lenses) - rank * line) - 1)
+        rank, column = divmod(i, line)
+        middle = column - 0.5 * (min(line, len(lenses) - rank * line) - 1)
         if below:
             offset = (
                 0.5 * (low[0] + high[0]) + middle * breadth,

@@ -105,12 +105,12 @@ def _channel(record: Record, group: str, name: str) -> Channel | None:
 
 def _label(group: str, name: str) -> str:
     kind, _, owner = group.partition("/")
-    what = WORDS.get(name, name.replace("_", " "))
+    words = WORDS.get(name, name.replace("_", " "))
     if kind == "energy":
-        return ENERGIES.get(name, f"{what} energy")
+        return ENERGIES.get(name, f"{words} energy")
     if kind == "friction":
-        return f"friction {what}"
-    return f"joint {owner} {what}" if kind == "joints" else f"{owner} {what}"
+        return f"friction {words}"
+    return f"joint {owner} {words}" if kind == "joints" else f"{owner} {words}"
 
 
 def _known(record: Record, path: str) -> str:

@@ -206,8 +206,8 @@ def _numbers(record: Record, touches: Contacts) -> dict[str, float]:
     }
 
 
-def _of(what, values: np.ndarray) -> float:
-    return float(what(values)) if values.size and np.isfinite(values).all() else float("nan")
+def _of(statistic, values: np.ndarray) -> float:
+    return float(statistic(values)) if values.size and np.isfinite(values).all() else float("nan")
 
 
 def contacts(
@@ -393,11 +393,11 @@ SHOWN = (
 
 def _list(axes, numbers: dict[str, float]) -> None:
     axes.axis("off")
-    for i, (name, what, units, factor) in enumerate(SHOWN):
+    for i, (name, label, units, factor) in enumerate(SHOWN):
         value = factor * numbers[name]
         digits = f"{value:.0f}" if 1e4 <= abs(value) < 1e8 else f"{value:.4g}"
         text = f"{digits} {units}" if np.isfinite(value) else "not known"
-        for x, words, side in ((0.0, what, "left"), (1.0, text, "right")):
+        for x, words, side in ((0.0, label, "left"), (1.0, text, "right")):
             axes.text(
                 x,
                 0.95 - 0.1 * i,

@@ -344,13 +344,13 @@ class Drawing:
     def line(self, path: np.ndarray, **style):
         """A line (times, n, 2) [m] that moves; one whose first length is 1 stays."""
         (artist,) = self.axes.plot([], [], **style)
-        self._place(artist, lambda xy: artist.set_data(*xy.T), path)
+        self._follow(artist, lambda xy: artist.set_data(*xy.T), path)
         return artist
 
     def face(self, path: np.ndarray, **style):
         """A filled polygon (times, n, 2) [m]."""
         (artist,) = self.axes.fill([], [], **style)
-        self._place(artist, artist.set_xy, path)
+        self._follow(artist, artist.set_xy, path)
         return artist
 
     def name(
@@ -364,21 +364,21 @@ class Drawing:
         """
         towards, path = np.asarray(towards) / (np.hypot(*towards) or 1.0), paths[0]
         if self.room is not None:
-            path, towards, distance = self.room.place(
+            path, towards, distance = self.room.spot(
                 text, paths, towards, distance, style["fontsize"]
             )
         side = {"ha": beside(towards[0]), "va": "center", "zorder": 9}
         box = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.7}
-        place = {
+        offset = {
             "xytext": tuple(shifted(towards, distance)),
             "textcoords": "offset points",
             "bbox": box,
         }
-        artist = self.axes.annotate(text, (0.0, 0.0), **place, **side, **style)
+        artist = self.axes.annotate(text, (0.0, 0.0), **offset, **side, **style)
         artist.set_in_layout(False)
-        self._place(artist, lambda xy: setattr(artist, "xy", xy), path)
+        self._follow(artist, lambda xy: setattr(artist, "xy", xy), path)
 
-    def _place(self, artist, put, path: np.ndarray) -> None:
+    def _follow(self, artist, put, path: np.ndarray) -> None:
         path = self._sweep(path)
         put(path[0])
         if len(path) > 1:
@@ -624,7 +624,7 @@ class Room:
         paths = [scale * path[min(k, len(path) - 1)] for path in drawing.drawn]
         self.points = np.concatenate([_points_along(path) for path in paths])
 
-    def place(
+    def spot(
         self, text: str, paths: list[np.ndarray], towards: np.ndarray, distance: float, size: float
     ) -> tuple:
         """Path, direction and distance [pt] with which a name of letters of a `size` [pt] hides
@@ -686,8 +686,8 @@ def _box(
     """Left, bottom, right and top of a name [pt], about."""
     x, y = at + shifted(direction, distance)
     height, breadth = LETTER[0] * size, LETTER[1] * size * len(text)
-    left = x - {"left": 0.0, "center": 0.5, "right": 1.0}[beside(direction[0])] * breadth
-    return np.array([left, y - 0.5 * height, left + breadth, y + 0.5 * height])
+    near = x - {"left": 0.0, "center": 0.5, "right": 1.0}[beside(direction[0])] * breadth
+    return np.array([near, y - 0.5 * height, near + breadth, y + 0.5 * height])
 
 
 def name_joints(drawing: Drawing, k: int, only=None) -> None:
@@ -818,6 +818,6 @@ def frame(drawing: Drawing, share: float = 0.08) -> tuple[float, float]:
     and height [mm].
     """
     margin = share * MM * drawing.size
-    (left, bottom), (right, top) = drawing.low - margin, drawing.high + margin
-    drawing.axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
-    return right - left, top - bottom
+    (low_x, bottom), (right, top) = drawing.low - margin, drawing.high + margin
+    drawing.axes.set(xlim=(low_x, right), ylim=(bottom, top), aspect="equal")
+    return right - low_x, top - bottom

@@ -416,8 +416,8 @@ def legend_of_marks(figure: Figure, marks: dict[str, dict]) -> None:
         kinds = {True: partial(Line2D, (), ()), False: Patch}
         handles = [kinds["ls" in style](label=n, **style) for n, style in marks.items()]
         handles.sort(key=lambda handle: isinstance(handle, Patch))
-        place, columns = "outside lower center", _columns(figure, marks)
-        figure.legend(handles=handles, loc=place, ncols=columns, frameon=False)
+        position, columns = "outside lower center", _columns(figure, marks)
+        figure.legend(handles=handles, loc=position, ncols=columns, frameon=False)
 
 
 #: kinds of file an animation can be saved as, and the largest frame rate [1/s] of each

@@ -162,8 +162,8 @@ def _rung_labels(rungs: list):
 def ladder(study, path: str | Path) -> Path:
     """Error against run time, left of single states and right of a complete run."""
     figure = sheet(11.0, 5.4)
-    left, right = figure.subplots(1, 2)
-    for axes, rungs, unit in ((left, study.states, 1e6), (right, study.runs, 1e3)):
+    states, right = figure.subplots(1, 2)
+    for axes, rungs, unit in ((states, study.states, 1e6), (right, study.runs, 1e3)):
         for kind, (colour, marker) in KINDS.items():
             of_kind = [r for r in rungs if r.kind == kind]
             axes.loglog(
@@ -176,18 +176,18 @@ def ladder(study, path: str | Path) -> Path:
             )
         for r, name, shift in _rung_labels(rungs):
             side = "left" if shift[0] > 0 else "right"
-            place = {"textcoords": "offset points", "ha": side, "va": "center", "fontsize": 7}
-            axes.annotate(name, (r.error, unit * r.seconds), xytext=shift, **place)
+            offset = {"textcoords": "offset points", "ha": side, "va": "center", "fontsize": 7}
+            axes.annotate(name, (r.error, unit * r.seconds), xytext=shift, **offset)
         axes.invert_xaxis()
         axes.margins(0.15)
         axes.grid(True, which="major", color="0.9")
-    left.set_xlabel("median relative error of the force")
-    left.set_ylabel("CPU time of one force [us]")
-    left.set_title("single states", fontsize=10)
+    states.set_xlabel("median relative error of the force")
+    states.set_ylabel("CPU time of one force [us]")
+    states.set_title("single states", fontsize=10)
     right.set_xlabel("rms error of the journal's path over c")
     right.set_ylabel("CPU time of a run [ms]")
     right.set_title("six-bar feeder", fontsize=10)
-    left.legend(fontsize=8, frameon=False, loc="lower right")
+    states.legend(fontsize=8, frameon=False, loc="lower right")
     return saved(figure, path)
 
 

@@ -62,14 +62,14 @@ def columns(fit: Fit, measurement: Measurement, units: dict[str, str], path: str
     figure = figures.sheet(2.6 * PANEL[0], PANEL[1] * len(shown) + 0.9)
     panels = figure.subplots(len(shown), 2, squeeze=False, sharex="row", width_ratios=(1.6, 1.0))
     modelled = {t.name: fit.model.modelled(fit.values, t) for t in measurement.trials}
-    for (trial, column), (left, right) in zip(shown, panels, strict=True):
+    for (trial, column), (curves, right) in zip(shown, panels, strict=True):
         values = modelled[trial.name][column]
-        figures.line(left, trial.time, trial[column], **MEASURED)
-        figures.line(left, trial.time, values, **MODELLED, label=fit.model.name)
+        figures.line(curves, trial.time, trial[column], **MEASURED)
+        figures.line(curves, trial.time, values, **MODELLED, label=fit.model.name)
         figures.line(right, trial.time, values - trial[column], color="0.3", lw=0.7)
-        left.set_title(f"{trial.name}: {_error(trial[column], values)}", fontsize="small")
+        curves.set_title(f"{trial.name}: {_error(trial[column], values)}", fontsize="small")
         right.set_title("modelled less measured", fontsize="small")
-        figures.finish(left, f"{column} [{units[column]}]", "", legend=False)
+        figures.finish(curves, f"{column} [{units[column]}]", "", legend=False)
         figures.finish(right, f"[{units[column]}]", "", legend=False)
     for axes in panels[-1]:
         axes.set_xlabel("time [s]")
@@ -213,10 +213,10 @@ def _speeds(axes, fit: Fit, measurement: Measurement) -> None:
         rate, error = map(np.concatenate, zip(*_errors(fit, trials), strict=True))
         speed, along = np.maximum(abs(rate), SLOWEST), error * np.sign(rate)
         edges = np.geomspace(SLOWEST, max(speed.max(), 2.0 * SLOWEST), CLASSES + 1)
-        place = np.clip(np.searchsorted(edges, speed, side="right") - 1, 0, CLASSES - 1)
-        classes = [k for k in range(CLASSES) if np.count_nonzero(place == k) >= 20]
+        rank = np.clip(np.searchsorted(edges, speed, side="right") - 1, 0, CLASSES - 1)
+        classes = [k for k in range(CLASSES) if np.count_nonzero(rank == k) >= 20]
         low, middle, high = (
-            np.array([np.quantile(along[place == k], BAND) for k in classes]).reshape(-1, 3).T
+            np.array([np.quantile(along[rank == k], BAND) for k in classes]).reshape(-1, 3).T
         )
         centres = np.degrees(np.sqrt(edges[:-1] * edges[1:])[classes])
         style = figures.stroke(i, 2)

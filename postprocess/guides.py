@@ -83,8 +83,8 @@ def portrait(record: Record, joint: str, axes) -> None:
     handles = axes.get_legend_handles_labels()[0]
     rows = -(-len(handles) // 2)
     axes.set_title(f"joint {joint} (dot: end)", fontsize="small", pad=4.0 + 15.0 * rows)
-    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderpad": 0.0}
-    axes.legend(fontsize="small", ncols=2, frameon=False, **place)
+    position = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderpad": 0.0}
+    axes.legend(fontsize="small", ncols=2, frameon=False, **position)
 
 
 def modes_at(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
@@ -159,10 +159,10 @@ def _moment(axes, record: Record, law: dict, quarter: int) -> None:
     axes.set_aspect("equal")
     axes.axis("off")
     axes.set_ylim(*1.35 * walls[:, 0, 1])
-    what = f"contact of {force:.3g} N" if force < 1e3 else f"contact of {1e-3 * force:.3g} kN"
-    what = what if force else "no contact"
+    label = f"contact of {force:.3g} N" if force < 1e3 else f"contact of {1e-3 * force:.3g} kN"
+    label = label if force else "no contact"
     zoom = MAGNIFIED * 0.5 * law["height"] / law["clearance"]
-    axes.set_title(f"{1e3 * at:.4g} ms, {what}\nclearance × {zoom:.3g}", fontsize="small")
+    axes.set_title(f"{1e3 * at:.4g} ms, {label}\nclearance × {zoom:.3g}", fontsize="small")
 
 
 def _touching(law: dict, at: float, corners: np.ndarray, events: dict) -> Iterator[tuple]:

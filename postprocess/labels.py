@@ -125,17 +125,17 @@ def axis_label(text: str, units: str, width: float = 1.7) -> str:
     return textwrap.fill(text, int(DENSITY * width))
 
 
-def labels_of(records: list[Record], given: Iterable[str] | None = None) -> list[str]:
+def labels_of(records: list[Record], labels: Iterable[str] | None = None) -> list[str]:
     """Names that distinguish results: those given, else what differs between their scenes, else
     their file names.
 
     Raises ValueError where not every result has been given a name.
     """
-    if given is not None:
-        given = [given] if isinstance(given, str) else list(given)
-        if len(given) != len(records):
-            raise ValueError(f"labels: {len(given)} of them for {len(records)} results: {given}")
-        return given
+    if labels is not None:
+        labels = [labels] if isinstance(labels, str) else list(labels)
+        if len(labels) != len(records):
+            raise ValueError(f"labels: {len(labels)} of them for {len(records)} results: {labels}")
+        return labels
     facts = [_facts(r) for r in records]
     differing = [k for k in facts[0] if len({f[k] for f in facts}) > 1]
     if {"case", "model"} & set(differing):

@@ -90,14 +90,14 @@ class Axis:
     """A swept parameter along an axis: its values in display units (or names) in order, and where
     points stand.
 
-    place: index of each chosen point into `values`; at: positions of the values along the axis;
+    index: index of each chosen point into `values`; at: positions of the values along the axis;
         even: whether numbers stand at equal distances whatever their values.
     """
 
     name: str
     units: str
     values: np.ndarray
-    place: np.ndarray
+    index: np.ndarray
     even: bool = False
 
     @property
@@ -117,8 +117,8 @@ class Axis:
 
     @property
     def label(self) -> str:
-        what = self.name.replace("_", " ")
-        return what if self.units == "-" else figures.with_units(what, self.units)
+        label = self.name.replace("_", " ")
+        return label if self.units == "-" else figures.with_units(label, self.units)
 
     def text(self, i: int) -> str:
         value = self.values[i]
@@ -160,9 +160,9 @@ class Choice:
             raise ValueError(f"no point of {sweep.folder} has {wanted}; swept are {ranges}")
         places = np.unravel_index(chosen, sweep.shape) if sweep.shape else ()
         free = [
-            (points.varying(names), place)
-            for (names, _), place in zip(points.axes, places, strict=True)
-            if len(np.unique(place)) > 1
+            (points.varying(names), index)
+            for (names, _), index in zip(points.axes, places, strict=True)
+            if len(np.unique(index)) > 1
         ]
         choice = cls(
             sweep,
@@ -195,9 +195,9 @@ class Choice:
         if column.dtype.kind not in "iuf":
             values = np.array(list(dict.fromkeys(column.tolist())))
             return Axis(name, "-", values, np.argmax(column[:, None] == values, axis=1))
-        values, place = np.unique(column, return_inverse=True)
+        values, index = np.unique(column, return_inverse=True)
         units, factor = shown_in(self.sweep.definition.units.get(name, "?"), values)
-        return Axis(name, units, values * factor if factor != 1.0 else values, place)
+        return Axis(name, units, values * factor if factor != 1.0 else values, index)
 
     def along(self, name: str) -> int:
         """Free axis for which a parameter stands.
@@ -218,21 +218,21 @@ class Choice:
         Raises ValueError for none.
         """
         chosen = []
-        for i, (names, place) in enumerate(self.free):
-            complete = [n for n in names if len(self.axis(n).values) == len(np.unique(place))]
+        for i, (names, index) in enumerate(self.free):
+            complete = [n for n in names if len(self.axis(n).values) == len(np.unique(index))]
             if i not in taken and complete:
                 chosen.append(min(complete, key=lambda n: self.axis(n).named))
         if not chosen:
-            what = ", ".join(self.names) or "nothing"
+            text = ", ".join(self.names) or "nothing"
             raise ValueError(
-                f"no parameter distinguishes the points of {self.sweep.folder}; what varies: {what}"
+                f"no parameter distinguishes the points of {self.sweep.folder}; what varies: {text}"
             )
         return min(chosen, key=lambda n: self.axis(n).named)
 
     def title(self, *more: str, width: float) -> str:
         """Case, what all its points share, and how long the runs are; then more lines."""
         d = self.sweep.definition
-        shared = [_said(n, v, d.units.get(n, "?")) for n, v in (d.fixed | self.fixed).items()]
+        shared = [_words(n, v, d.units.get(n, "?")) for n, v in (d.fixed | self.fixed).items()]
         if life := d.options.get("life"):
             shared.append(f"lives of {life['turns']:g} turns")
         elif d.options.get("turns"):
@@ -251,13 +251,13 @@ class Choice:
             "not run yet": missing,
             "with warnings": int(self.warned.sum()),
         }
-        words = [f"{n} of {len(status)} points {what}" for what, n in numbers.items() if n]
+        words = [f"{n} of {len(status)} points {state}" for state, n in numbers.items() if n]
         return ", ".join(words + ([f"most at {self._most()}"] if self.warned.any() else []))
 
     def _most(self) -> str:
         """The point whose run has most warnings, and where it has a file the begin of each."""
         most = np.where(self.done, self.sweep.costs["warnings"][self.points], 0).argmax()
-        text = " and ".join(a.says(a.place[most]) for a in map(self.axis, self.names))
+        text = " and ".join(a.says(a.index[most]) for a in map(self.axis, self.names))
         try:
             with self.sweep.run(int(self.points[most])) as run:
                 return f"{text}: " + "; ".join(shorten(w, 64) for w in run.warnings)
@@ -303,7 +303,7 @@ class Choice:
         return self.done & (self.sweep.costs["warnings"][self.points] > 0)
 
 
-def _said(name: str, value: object, units: str) -> str:
+def _words(name: str, value: object, units: str) -> str:
     if isinstance(value, bool | str | np.str_ | np.bool_):
         return f"{name.replace('_', ' ')} {value}"
     unit, factor = shown_in(units, [value])
@@ -463,9 +463,9 @@ def _plane(
             f"the points of {choice.sweep.folder} were drawn, not spread on a grid: ask for curves"
         )
     if len(choice.free) < 2:
-        what = ", ".join(choice.names) or "nothing"
+        varying = ", ".join(choice.names) or "nothing"
         raise ValueError(
-            f"a map needs two parameters that vary, here varies {what}: ask for curves"
+            f"a map needs two parameters that vary, here varies {varying}: ask for curves"
         )
     taken = [choice.along(n) for n in (x, y) if n]
     if len(set(taken)) < len(taken):
@@ -493,23 +493,23 @@ def _visible(axis: Axis) -> Axis:
     )
 
 
-def _groups(choice: Choice, rest: list, most: int, what: str) -> list[tuple[str, np.ndarray]]:
+def _groups(choice: Choice, rest: list, most: int, kind: str) -> list[tuple[str, np.ndarray]]:
     """For each combination of values of what is left over, its words and the points that have
     it.
     """
     if not rest:
         return [("", np.ones(len(choice.points), bool))]
     names = [n for names, _ in rest for n in names]
-    keys = np.stack([place for _, place in rest])
+    keys = np.stack([index for _, index in rest])
     _, first, which = np.unique(keys, axis=1, return_index=True, return_inverse=True)
     if len(first) > most:
         raise ValueError(
             f"{', '.join(names)}: {len(first)} different points, a page has room for {most} "
-            f"{what}: hold some (at)"
+            f"{kind}: hold some (at)"
         )
     axes = [choice.axis(n) for n in names]
     return [
-        (", ".join(a.says(a.place[i]) for a in axes), which.ravel() == k)
+        (", ".join(a.says(a.index[i]) for a in axes), which.ravel() == k)
         for k, i in enumerate(first)
     ]
 
@@ -621,7 +621,7 @@ def _table(plane: list[Axis], values: np.ndarray, there: np.ndarray) -> np.ndarr
     """Values of some points as (y, x), NaN where there is none."""
     x, y = plane
     table = np.full((len(y.values), len(x.values)), np.nan)
-    table[y.place[there], x.place[there]] = values[there]
+    table[y.index[there], x.index[there]] = values[there]
     return table
 
 
@@ -719,7 +719,7 @@ def _styles(figure, panels: list, choice: Choice, rest: list, groups: list) -> l
     names = [n for names, _ in rest for n in names]
     if _shaded(choice, rest, groups):
         axis = choice.axis(names[0])
-        value = axis.values[[axis.place[np.argmax(there)] for _, there in groups]]
+        value = axis.values[[axis.index[np.argmax(there)] for _, there in groups]]
         return [
             {"color": c, "marker": "."}
             for c in figures.bar_of_values(figure, panels, value, axis.log, axis.label)
@@ -729,7 +729,7 @@ def _styles(figure, panels: list, choice: Choice, rest: list, groups: list) -> l
     if len(rest) == 2 and count > len(figures.STROKES):
         first, other = sorted((choice.axis(n) for n in names[:2]), key=lambda a: len(a.values))
         points = [np.argmax(there) for _, there in groups]
-        places, count = [(first.place[i], other.place[i]) for i in points], len(first.values)
+        places, count = [(first.index[i], other.index[i]) for i in points], len(first.values)
     strokes = [figures.stroke(i, count) | {"marker": figures.marker(j)} for i, j in places]
     return [s | {"label": label or None} for s, (label, _) in zip(strokes, groups, strict=True)]
 
@@ -743,19 +743,19 @@ def _curves(axes, choice: Choice, x: Axis, name: str, groups: list, styles: list
     shown = np.where(np.isfinite(values), values, np.nan)
     apart, half = {} if x.values.dtype.kind in "iuf" else {"ls": ""}, _intervals(choice, name)
     for (_, there), style in zip(groups, styles, strict=True):
-        order = np.flatnonzero(there)[np.argsort(x.place[there], kind="stable")]
+        order = np.flatnonzero(there)[np.argsort(x.index[there], kind="stable")]
         (drawn,) = axes.plot(
-            x.at[x.place[order]], shown[order], **{"ms": 3.5, "lw": 1.0} | style | apart
+            x.at[x.index[order]], shown[order], **{"ms": 3.5, "lw": 1.0} | style | apart
         )
         if half is not None:
             bars = {"ecolor": drawn.get_color(), "elinewidth": 0.8, "capsize": 1.5, "fmt": "none"}
-            axes.errorbar(x.at[x.place[order]], shown[order], half[order], **bars)
+            axes.errorbar(x.at[x.index[order]], shown[order], half[order], **bars)
     figures.finish(axes, axis_label(_meaning(text, shown), units), legend=False)
     _scale(axes, "x", x, 3.0)
     if np.isnan(shown).all():
         axes.set_xlim(x.at[0], x.at[-1])
     _heights(axes, shown)
-    _absent(axes, x.at[x.place], choice, values, units)
+    _absent(axes, x.at[x.index], choice, values, units)
 
 
 def _intervals(choice: Choice, name: str) -> np.ndarray | None:
@@ -811,10 +811,10 @@ def _samples(choice: Choice, names: list[str], parameters: list[str], path: str 
         shown = np.where(np.isfinite(values), values, np.nan)
         for axes, x in zip(row, axes_of, strict=True):
             axes.plot(
-                x.at[x.place], shown, ls="", marker="o", ms=3.0, mfc="none", mew=0.7, color="black"
+                x.at[x.index], shown, ls="", marker="o", ms=3.0, mfc="none", mew=0.7, color="black"
             )
             figures.finish(axes, "", "")
-            _absent(axes, x.at[x.place], choice, values, units)
+            _absent(axes, x.at[x.index], choice, values, units)
         _heights(row[0], shown)
         row[0].set_ylabel(axis_label(text, units, 1.8))
     for axes, x in zip(grid[-1], axes_of, strict=True):
@@ -855,7 +855,7 @@ def bifurcation_of(
         )
     axis = _parameter(choice, parameter)
     passages, labels, remarks, left_out = [], None, {}, {}
-    for i, place in zip(choice.points, axis.place, strict=True):
+    for i, index in zip(choice.points, axis.index, strict=True):
         rows = []
         if sweep.done[i] and sweep.path(int(i)).exists():
             with sweep.run(int(i)) as run:
@@ -865,7 +865,7 @@ def bifurcation_of(
                 rows = section(run, channels, angle, dropped)
                 left_out |= {dropped: None}
                 remarks |= dict.fromkeys(_how(run, channels, angle, dropped))
-        passages.append((axis.values[place], rows))
+        passages.append((axis.values[index], rows))
     if labels is None:
         raise ValueError(
             f"none of the {len(passages)} requested points has the file of a complete run in "

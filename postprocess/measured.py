@@ -113,7 +113,7 @@ def compare(
     def computed(by: float) -> np.ndarray:
         return at(run, path, _times(run, record.along, record.x + by))
 
-    by = _found(run, path, record, computed, move) if shift == "found" else _given(shift, record)
+    by = _best(run, path, record, computed, move) if shift == "found" else _stated(shift, record)
     if not move[0] - 1e-12 <= by <= move[1] + 1e-12:
         scale, unit = (1.0, "s") if record.along == "time" else (360.0, "deg")
         limits = f"{move[0] * scale:.6g} to {move[1] * scale:.6g} {unit}"
@@ -123,7 +123,7 @@ def compare(
     return Comparison(record, path, modelled.label, modelled.units, by, times, computed(by))
 
 
-def _given(shift: float | str, record: Measured) -> float:
+def _stated(shift: float | str, record: Measured) -> float:
     """A shift [s or turns] that was given, in s or deg or with its unit.
 
     Raises ValueError for a unit of another kind.
@@ -154,7 +154,7 @@ def _times(run: Record, along: str, x: np.ndarray) -> np.ndarray:
     return np.clip(times, run.time[0], run.time[-1])
 
 
-def _found(run: Record, path: str, record: Measured, computed, move: tuple[float, float]) -> float:
+def _best(run: Record, path: str, record: Measured, computed, move: tuple[float, float]) -> float:
     """Shift of the smallest rms difference: on a grid by the fast Fourier transform, then refined.
 
     sum (r(x + s) - y)^2 = sum y^2 + sum r^2 - 2 sum r y, for all s of the grid at once.

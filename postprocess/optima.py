@@ -64,10 +64,10 @@ def _map(figure, axes, optimum: Optimum, swept: Sweep) -> dict[str, dict]:
         borders = tuple(edges(v, p.positive) for v, p in zip(places, free, strict=True))
         mesh = figures.cells(axes, borders, values, figures.scale(values, figures.wide(values)))
         figures.colour_bar(figure, mesh, axes, label)
-    for which, place, p in zip("xy", places, free, strict=False):
+    for which, span, p in zip("xy", places, free, strict=False):
         if p.positive:
             getattr(axes, f"set_{which}scale")("log")
-            figures.plain_decades(getattr(axes, f"{which}axis"), place[0], place[-1])
+            figures.plain_decades(getattr(axes, f"{which}axis"), span[0], span[-1])
     for k, limit in enumerate(optimum.limits if len(free) == 2 else ()):
         table, level = tables[limit.name], limit.value + limit.sign * limit.margin
         inside = table[np.isfinite(table)]

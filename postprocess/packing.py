@@ -31,20 +31,20 @@ class Pack:
             over="ignore", under="ignore"
         ):  # a float beyond 32 bits is shown as infinite
             column = np.ascontiguousarray(np.ravel(values).astype(KINDS[kind]))
-        place = kind, self.size, column.size
+        span = kind, self.size, column.size
         ranks = column.view(np.uint8).reshape(-1, column.itemsize).T
         self.parts.append(ranks.tobytes())
         self.size += column.nbytes
-        return place
+        return span
 
     def text(self) -> str:
         """The block as it stands in a page."""
         return base64.b64encode(zlib.compress(b"".join(self.parts), LEVEL)).decode()
 
 
-def unpacked(text: str, place: Place) -> np.ndarray:
+def unpacked(text: str, span: Place) -> np.ndarray:
     """A column of a block, as the page reads it."""
-    kind, start, count = place
+    kind, start, count = span
     size = np.dtype(KINDS[kind]).itemsize
     block = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8)
     ranks = block[start : start + count * size].reshape(size, count)

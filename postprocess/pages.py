@@ -118,11 +118,11 @@ def element(tag: str, *content: object, **attributes: object) -> Markup:
     """An element with its content, both escaped; `class_` is the attribute class, `data_value` is
     data-value.
     """
-    given = "".join(
+    text = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{html.escape(str(value))}"'
         for name, value in attributes.items()
     )
-    return Markup(f"<{tag}{given}>{''.join(map(markup, content))}</{tag}>")
+    return Markup(f"<{tag}{text}>{''.join(map(markup, content))}</{tag}>")
 
 
 def join(parts: Iterable[object], between: str = "") -> Markup:
@@ -207,8 +207,8 @@ def table(
     caption = element("caption", says) if says else ""
     top = element("thead", element("tr", *(element("th", h, scope="col") for h in head)))
     body = element("tbody", *(element("tr", *map(cell, row)) for row in rows))
-    made = element("table", caption, top, body, **({"class_": "sortable"} if sortable else {}))
-    return element("div", made, class_="wide")
+    grid = element("table", caption, top, body, **({"class_": "sortable"} if sortable else {}))
+    return element("div", grid, class_="wide")
 
 
 def facts(rows: Iterable[tuple[object, object]]) -> Markup:

@@ -152,12 +152,12 @@ def _inputs(words: list[str]) -> tuple[list[Path], str | None]:
     folders = [p for p in named if p.is_dir()]
     if folders and len(paths) > 1:
         raise ValueError(f"{folders[0]} is a directory: a sweep or a life has a picture of its own")
-    kinds, what = (OF_SWEEPS, "a sweep") if folders else (OF_RUNS, "a run file")
+    kinds, source = (OF_SWEEPS, "a sweep") if folders else (OF_RUNS, "a run file")
     if folders and is_life(folders[0]):
-        kinds, what = OF_LIVES, "a life"
+        kinds, source = OF_LIVES, "a life"
     if kind is not None and kind not in kinds:
         raise ValueError(
-            f"{paths[0]} is {what}, of which there is no {kind}; there is {', '.join(kinds)}"
+            f"{paths[0]} is {source}, of which there is no {kind}; there is {', '.join(kinds)}"
         )
     if len(paths) > 1 and kind not in OF_SEVERAL:
         raise ValueError(
@@ -180,7 +180,7 @@ def _check(options, kind: str) -> None:
             )
 
 
-def _given(options, *names: str) -> dict:
+def _chosen(options, *names: str) -> dict:
     """Options that were given, by the names of the drawing functions' arguments."""
     return {n: v for n in names if (v := getattr(options, n)) is not None}
 
@@ -209,7 +209,7 @@ def _overview(options, records, output: Path) -> Path:
     from clearance.postprocess.plots import overview
 
     try:
-        return overview(records[0], output, **_given(options, "settle"))
+        return overview(records[0], output, **_chosen(options, "settle"))
     except (KeyError, AttributeError) as error:  # exceptions for a channel that is not in the file
         reason = str(error.args[0]).partition(";")[0]
         raise ValueError(
@@ -221,7 +221,7 @@ def _history(options, records, output: Path) -> Path:
     from clearance.postprocess.histories import histories
 
     channels = listed(options.channels) or _telling(records[0])
-    return histories(records, output, channels=channels, **_given(options, "along", "last"))
+    return histories(records, output, channels=channels, **_chosen(options, "along", "last"))
 
 
 def _telling(record) -> list[str]:
@@ -244,14 +244,14 @@ def _orbit(options, records, output: Path) -> Path:
 def _phase(options, records, output: Path) -> Path:
     from clearance.postprocess.sections import portrait
 
-    return portrait(records, output, pairs=_pairs(options), **_given(options, "settle"))
+    return portrait(records, output, pairs=_pairs(options), **_chosen(options, "settle"))
 
 
 def _poincare(options, records, output: Path) -> Path:
     from clearance.postprocess.sections import poincare
 
     return poincare(
-        records, output, pairs=_pairs(options), **_given(options, "joint", "angle", "settle")
+        records, output, pairs=_pairs(options), **_chosen(options, "joint", "angle", "settle")
     )
 
 
@@ -270,13 +270,13 @@ def _spectrum(options, records, output: Path) -> Path:
     from clearance.postprocess.spectra import spectra
 
     channels = listed(options.channels) or [principal(records[0]).format("a")]
-    return spectra(records, output, channels=channels, **_given(options, "settle"))
+    return spectra(records, output, channels=channels, **_chosen(options, "settle"))
 
 
 def _contacts(options, records, output: Path) -> Path:
     from clearance.postprocess.contacts import contacts
 
-    return contacts(records[0], output, joints=listed(options.joint), **_given(options, "settle"))
+    return contacts(records[0], output, joints=listed(options.joint), **_chosen(options, "settle"))
 
 
 def _guide(options, records, output: Path) -> Path:
@@ -323,7 +323,7 @@ def _measured(options, records, output: Path) -> Path:
 
     if not options.measured:
         raise ValueError("measured needs a record: --measured FILE.csv")
-    chosen = _given(options, "channels", "column", "shift", "settle")
+    chosen = _chosen(options, "channels", "column", "shift", "settle")
     compared = compare(records[0], options.measured, **chosen)
     if hasattr(options, "facts"):
         names = ("channel", "units", "shift", "rms", "largest", "share", "correlation")
@@ -339,7 +339,7 @@ def _animation(options, records, output: Path) -> Path:
     if frames is None:
         time, shown = record.time, (options.turns or 1.0) * period(record)
         frames = max(min(FRAMES, int((time > time[-1] - shown * (1.0 - 1e-9)).sum())), 2)
-    return animate(record, output, frames=frames, **_given(options, "turns", "magnify"))
+    return animate(record, output, frames=frames, **_chosen(options, "turns", "magnify"))
 
 
 DRAW = {
@@ -374,10 +374,10 @@ def _of_life(options, folder: Path, kind: str) -> Path:
     if other:
         name = other[0].replace("_", "-")
         raise ValueError(f"--{name} does not belong to the {kind} of a life")
-    shown = _given(options, "joint", "surface")
+    shown = _chosen(options, "joint", "surface")
     if kind == "animation":
         output = _output(options, folder / "life.gif")
-        return lives.animation(folder, output, **shown, **_given(options, "frames"))
+        return lives.animation(folder, output, **shown, **_chosen(options, "frames"))
     return lives.life(folder, _output(options, folder / "life.png"), **shown)
 
 
@@ -398,11 +398,11 @@ def _of_sweep(options, folder: Path, kind: str | None) -> Path:
     output = _output(options, folder / f"{kind}.png")
     at = _at(sweep, options.at or [])
     if kind == "bifurcation":
-        more = _given(options, "settle", "angle")
+        more = _chosen(options, "settle", "angle")
         return maps.bifurcation_of(
             sweep, output, parameter=options.x, channels=listed(options.channels), at=at, **more
         )
-    settled = _given(options, "only_settled")
+    settled = _chosen(options, "only_settled")
     if kind == "curves":
         return maps.curves(
             sweep, output, metrics=listed(options.metrics), x=options.x, at=at, **settled

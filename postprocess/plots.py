@@ -122,10 +122,10 @@ def _mark_peaks(axes, begin: float) -> None:
     for curve in list(axes.lines):
         x, y = (np.asarray(v) for v in curve.get_data())
         late = x >= begin
-        for beyond, place, mark in ((y > high, 0.985, "^"), (y < low, 0.015, "v")):
+        for beyond, height, mark in ((y > high, 0.985, "^"), (y < low, 0.015, "v")):
             here = x[beyond & late]
             style = {"ms": 3, "color": curve.get_color(), "transform": axes.get_xaxis_transform()}
-            axes.plot(here, np.full(len(here), place), mark, **style)
+            axes.plot(here, np.full(len(here), height), mark, **style)
             largest = max(largest, float(np.abs(y[beyond & late]).max(initial=0.0)))
     text = f"triangles: beyond the axis, up to {largest:.2g}"
     box = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 1.0}
@@ -149,8 +149,8 @@ def _page(result: Record, shown: list[str]):
         (grid[1, :3], joint_forces),
         (grid[1, 3:], energy),
     ]
-    for place, draw in panels:
-        draw(result, figure.add_subplot(place))
+    for cell, draw in panels:
+        draw(result, figure.add_subplot(cell))
     width = 6 // max(len(shown), 1)
     for i, name in enumerate(mixed):
         orbit(result, name, figure.add_subplot(grid[2 + i, :2]))
@@ -176,15 +176,15 @@ def _friction_page(result: Record):
     for part, panels in zip(parts, columns, strict=True):
         grid = part.subgridspec(len(panels), 1)
         axes = grid.subplots(sharex=True)
-        for place, draw in zip(axes, panels, strict=True):
-            draw(result, place)
-        for place in axes[:-1]:
-            place.set_xlabel("")
+        for panel, draw in zip(axes, panels, strict=True):
+            draw(result, panel)
+        for panel in axes[:-1]:
+            panel.set_xlabel("")
         axes[-1].margins(x=0.01)
         legend_above(
             *[
-                place
-                for place, draw in zip(axes, panels, strict=True)
+                panel
+                for panel, draw in zip(axes, panels, strict=True)
                 if draw not in (motion, energy)
             ]
         )
@@ -521,13 +521,13 @@ def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
     law = result.described(joint)["transition"]
     for name in (n for n in THRESHOLDS if n in law):
         axes.axhline(law[name], color="0.5", lw=0.6, ls=":")
-        place = {
+        position = {
             "transform": axes.get_yaxis_transform(),
             "ha": "right",
             "va": "bottom",
             "fontsize": "small",
         }
-        axes.text(0.995, law[name], f"{name} {law[name]:g}", color="0.3", **place)
+        axes.text(0.995, law[name], f"{name} {law[name]:g}", color="0.3", **position)
     axes.set_title(f"joint {joint}", fontsize="medium", loc="right")
     finish(axes, "film thickness ratio [-]")
     right = axes.twinx()

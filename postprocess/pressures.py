@@ -33,8 +33,8 @@ def pressures(record: Record, path: str | Path, *, joint: str | None = None) -> 
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     shown = 1e-6 * fields.pressure[places]
     steps = levels(float(shown.min()), float(shown.max()))
-    for axes, place in zip(panels.flat, places, strict=False):
-        drawn = _field(axes, fields, place, steps)
+    for axes, instant in zip(panels.flat, places, strict=False):
+        drawn = _field(axes, fields, instant, steps)
     for axes in panels.flat[len(places) :]:
         axes.axis("off")
     for i in range(len(places)):
@@ -62,19 +62,19 @@ def _fields(record: Record, joint: str | None) -> tuple[str, PressureFields]:
     return joint or names[0], record.pressure_fields(joint or names[0])
 
 
-def _field(axes, fields: PressureFields, place: int, steps: np.ndarray):
+def _field(axes, fields: PressureFields, instant: int, steps: np.ndarray):
     """The field of one instant; its angles are closed to a full turn."""
     around = np.append(fields.angle, fields.angle[0] + 2.0 * np.pi)
     angle, axial = np.degrees(around), 1e3 * fields.axial
-    pressure, content = (_closed(values[place]) for values in (fields.pressure, fields.content))
+    pressure, content = (_closed(values[instant]) for values in (fields.pressure, fields.content))
     drawn = axes.contourf(angle, axial, 1e-6 * pressure, levels=steps, cmap=COLOURS)
     if content.min() < EDGE < content.max():
         axes.contourf(angle, axial, content, levels=[-1.0, EDGE], colors=["0.8"])
         axes.contour(angle, axial, content, levels=[EDGE], colors="white", linewidths=1.2)
-    axes.axvline(np.degrees(fields.line_of_centres[place]), color="white", ls=":", lw=1.0)
-    peak = 1e-6 * fields.pressure[place].max()
-    state = f"eccentricity {fields.eccentricity_ratio[place]:.3f}, up to {peak:.3g} MPa"
-    axes.set_title(f"{1e3 * fields.time[place]:.4g} ms: {state}", fontsize="small")
+    axes.axvline(np.degrees(fields.line_of_centres[instant]), color="white", ls=":", lw=1.0)
+    peak = 1e-6 * fields.pressure[instant].max()
+    state = f"eccentricity {fields.eccentricity_ratio[instant]:.3f}, up to {peak:.3g} MPa"
+    axes.set_title(f"{1e3 * fields.time[instant]:.4g} ms: {state}", fontsize="small")
     axes.set_xlim(0.0, 360.0)
     degrees(axes, most=5)
     return drawn

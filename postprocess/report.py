@@ -453,8 +453,8 @@ def _joint(page: Page, run: Result, joint: str) -> list[Markup]:
     described = run.described(joint)
     elastic = elastic_state(run, described)  # its film is no rigid one that pressure flattens
     rows = [
-        (what, quantity(float(numbers[name]), units))
-        for name, what, units in JOINT_FACTS
+        (text, quantity(float(numbers[name]), units))
+        for name, text, units in JOINT_FACTS
         if name in numbers and not (elastic and name == "flattening_ratio")
     ]
     rows += [(ELASTIC[n][0], quantity(v, ELASTIC[n][1])) for n, v in elastic.items()]
@@ -492,8 +492,8 @@ def _contacts(page: Page, run: Result, joint: str) -> list[Markup]:
     if not numbers["contacts"]:
         return [title, element("p", "No contact in this run, that of asperities alone left out.")]
     rows = [
-        (what, " ".join(filter(None, (number(factor * numbers[n]), u))))
-        for n, what, u, factor in SHOWN
+        (text, " ".join(filter(None, (number(factor * numbers[n]), u))))
+        for n, text, u, factor in SHOWN
     ]
     draw = partial(contacts, run, joints=joint)
     return [

@@ -27,8 +27,8 @@ def scatter(
         raise ValueError("there is no metric that varies")
     figure = sheet(WIDTH, ROW * len(chosen))
     table = figure.subplots(len(chosen), 2, squeeze=False, width_ratios=(1.6, 1.0))
-    for (left, right), metric in zip(table, chosen, strict=True):
-        _histogram(left, result, metric)
+    for (histogram, right), metric in zip(table, chosen, strict=True):
+        _histogram(histogram, result, metric)
         _bars(right, result, metric)
     table[-1][1].set_xlabel("Sobol' index: share of the variance [-]")
     return save(figure, path)
@@ -39,8 +39,8 @@ def _histogram(axes, result, metric: str) -> None:
     units, factor = shown_in(units, values)
     axes.hist(factor * values, BINS, histtype="stepfilled", color="#90a4ae", density=True)
     for share, style in ((0.05, ":"), (0.5, "-"), (0.95, ":")):
-        place = factor * result.quantile(metric, share).value
-        axes.axvline(place, color="#263238", linestyle=style, linewidth=1.0)
+        quantile = factor * result.quantile(metric, share).value
+        axes.axvline(quantile, color="#263238", linestyle=style, linewidth=1.0)
     title = f"median and 5, 95 % of {len(values)} runs"
     if metric in result.limits:
         limit, share = factor * result.limits[metric], result.beyond(metric)
@@ -72,14 +72,14 @@ def _bars(axes, result, metric: str) -> None:
     names, reach = sorted(indices, key=lambda n: indices[n].total.value), 1.0
     for k, (part, color) in enumerate((("total", "#b0bec5"), ("first", "#1565c0"))):
         ends = [getattr(indices[n], part) for n in names]
-        place = np.arange(len(names)) + 0.2 * (1 - 2 * k)
+        height = np.arange(len(names)) + 0.2 * (1 - 2 * k)
         value = np.array([e.value for e in ends])
         error = np.clip(
             [[e.value - e.low for e in ends], [e.high - e.value for e in ends]], 0.0, None
         )
         reach = max(reach, *value, *(e.high for e in ends))
         axes.barh(
-            place, value, 0.38, xerr=error, color=color, error_kw={"linewidth": 0.8}, label=part
+            height, value, 0.38, xerr=error, color=color, error_kw={"linewidth": 0.8}, label=part
         )
     axes.set_yticks(np.arange(len(names)), names)
     axes.set_xlim(0.0, 1.05 * reach)

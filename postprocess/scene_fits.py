@@ -23,18 +23,18 @@ def picture(fit: SceneFit, output: str | Path | None = None):
     figure = figures.sheet(9.0, 2.6 * count + (2.8 if pairs else 0.4))
     grid = figure.add_gridspec(count + bool(pairs), 1)
     for row, (curve, computed) in enumerate(fit.curves):
-        left, right = grid[row].subgridspec(1, 2, width_ratios=(1.7, 1.0)).subplots()
+        curves, right = grid[row].subgridspec(1, 2, width_ratios=(1.7, 1.0)).subplots()
         record = curve.measured
         x, label = record.x, "time [s]"
         if record.along == "angle":
             x, label = 360.0 * record.x, "angle of the drive [deg]"
         few = len(x) <= FEW
         dots = {"marker": "." if few else "", "ms": 3, "ls": "" if few else "-"}
-        figures.line(left, x, record.values, label=record.path.name, **dots, **MEASURED)
-        figures.line(left, x, computed, label="fitted", lw=1.0, **figures.stroke(0, 1))
+        figures.line(curves, x, record.values, label=record.path.name, **dots, **MEASURED)
+        figures.line(curves, x, computed, label="fitted", lw=1.0, **figures.stroke(0, 1))
         figures.line(right, x, computed - record.values, color="0.3", lw=0.6)
         unit = "" if record.units == "?" else f" [{record.units}]"
-        figures.finish(left, f"{curve.channel}{unit}", label)
+        figures.finish(curves, f"{curve.channel}{unit}", label)
         figures.finish(right, f"fitted less measured{unit}", label, legend=False)
     if pairs:
         panels = grid[count].subgridspec(1, len(pairs)).subplots(squeeze=False)[0]

@@ -202,7 +202,7 @@ def bodies(scene: dict) -> Markup:
     )
     rows = []
     for b in entries:
-        marks = "; ".join(f"{name} {_place(xy)}" for name, xy in b["points"].items())
+        marks = "; ".join(f"{name} {_coordinates(xy)}" for name, xy in b["points"].items())
         start = [
             f"{name.replace('_', ' ')} {words(b[name], UNITS[name])}"
             for name in ("angular_velocity", "velocity")
@@ -215,7 +215,7 @@ def bodies(scene: dict) -> Markup:
             kg * b["mass"],
             kgm2 * b["inertia"],
             across,
-            _place(b["com"]),
+            _coordinates(b["com"]),
             marks,
             "; ".join(start),
         ]
@@ -233,7 +233,7 @@ def bodies(scene: dict) -> Markup:
     return table([head[i] for i in used], [[row[i] for i in used] for row in rows], says="Bodies")
 
 
-def _place(xy) -> str:
+def _coordinates(xy) -> str:
     return f"({', '.join(number(1e3 * v) for v in xy)})"
 
 
@@ -257,8 +257,8 @@ def joints(scene: dict) -> Markup:
 
 
 def _end(end: dict) -> str:
-    place = _place((end["x"], end["y"], *([end["z"]] if end.get("z") else [])))
-    return f"{end['body']} {'' if end['point'].startswith('(') else end['point']} {place}".replace(
+    point = _coordinates((end["x"], end["y"], *([end["z"]] if end.get("z") else [])))
+    return f"{end['body']} {'' if end['point'].startswith('(') else end['point']} {point}".replace(
         "  ", " "
     )
 
@@ -341,12 +341,12 @@ def loads(scene: dict) -> Markup:
         on = " to ".join(
             _body(load[e]) for e in ("a", "b", "point", "body") if load.get(e) is not None
         )
-        given = {
+        fields = {
             n: v for n, v in load.items() if n not in ("type", "name", "a", "b", "point", "body")
         }
-        if given.get("z") == 0.0:
-            del given["z"]
-        rows.append([load["name"], kind, on, _listed(given, load["type"])])
+        if fields.get("z") == 0.0:
+            del fields["z"]
+        rows.append([load["name"], kind, on, _listed(fields, load["type"])])
     return table(["load", "kind", "on", "given"], rows, says="Drives and loads")
 
 
@@ -370,8 +370,8 @@ def _drive(drive: dict) -> str:
     elif drive["motion"] is not None:
         text = f"by a prescribed motion, {words(drive['motion'], angle)}"
     else:
-        what = "torque" if drive["torque"] is not None else "force"
-        text = f"by a {what}, {words(drive[what], effort)}"
+        kind = "torque" if drive["torque"] is not None else "force"
+        text = f"by a {kind}, {words(drive[kind], effort)}"
     start = f", from {words(drive['start'], angle)}" if drive["start"] is not None else ""
     if drive.get("nominal") is not None:
         text += f", nominally at {words(drive['nominal'], rate)}"

@@ -73,7 +73,7 @@ class Shapes(Drawing):
     ) -> None:
         """A name beside the place of a joint, where it hides least at the start."""
         towards = np.asarray(towards) / (np.hypot(*towards) or 1.0)
-        path, towards, distance = self.room.place(text, paths, towards, distance, style["fontsize"])
+        path, towards, distance = self.room.spot(text, paths, towards, distance, style["fontsize"])
         offset = [round(float(v), 2) for v in distance * np.asarray(towards)]
         self.labels.append({"text": text, "offset": offset, **self._resting(path[:, None])})
 

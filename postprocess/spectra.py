@@ -174,7 +174,7 @@ def spectra(
         _orders(panels[0], turn)
     width = figure.get_size_inches()[0]
     figure.suptitle(
-        headline(records, labels, *_said(rows[0], labels), *_doubts(rows, labels), width=width),
+        headline(records, labels, *_facts(rows[0], labels), *_doubts(rows, labels), width=width),
         fontsize="medium",
     )
     if len(records) > 1:
@@ -221,12 +221,12 @@ def _end(lines: Spectrum) -> float:
     left.
     """
     squares = lines.amplitude[1:] ** 2
-    left = squares[::-1].cumsum()[::-1]
-    last = np.flatnonzero(left > 1e-6 * left[0])
+    rest = squares[::-1].cumsum()[::-1]
+    last = np.flatnonzero(rest > 1e-6 * rest[0])
     return float(lines.frequency[1:][last[-1]] if last.size else lines.frequency[-1])
 
 
-def _said(row: list[Spectrum], labels: list[str]) -> list[str]:
+def _facts(row: list[Spectrum], labels: list[str]) -> list[str]:
     """Resolution, turns and window: a line, or one for each result where they differ."""
     texts = []
     for one in row:

@@ -129,8 +129,8 @@ def physics(study, path: str | Path) -> Path:
         if c.distance > 0.0:
             distance.semilogx(c.distance, row, MARKERS[c.model], **style)
         else:  # a logarithmic axis has no place for it
-            place = {"transform": distance.get_yaxis_transform(), "va": "center", "fontsize": 8}
-            distance.text(0.01, row, "0: the others are compared with it", **place)
+            position = {"transform": distance.get_yaxis_transform(), "va": "center", "fontsize": 8}
+            distance.text(0.01, row, "0: the others are compared with it", **position)
         time.semilogx(1e3 * c.seconds, row, MARKERS[c.model], **style)
     distance.set_yticks(range(len(shown)), [c.name for c in shown], fontsize=8)
     distance.set_ylim(len(shown) - 0.5, -0.5)

@@ -185,9 +185,9 @@ def extremes(sweep: Sweep) -> list[Markup]:
     for name, values in sweep.metrics.items():
         units, text = sweep.known.get(name, ("?", name))
         finite = np.where(np.isfinite(values) & sweep.done, values, np.nan)
-        what = join([text, " ", element("code", breakable(name))])
+        label = join([text, " ", element("code", breakable(name))])
         if np.isnan(finite).all():
-            rows.append([what, "", None, "", None, ""])
+            rows.append([label, "", None, "", None, ""])
             continue
         low, high = int(np.nanargmin(finite)), int(np.nanargmax(finite))
         shown, factor = scaled(units, finite[low], finite[high])
@@ -197,7 +197,7 @@ def extremes(sweep: Sweep) -> list[Markup]:
             if finite[low] == finite[high]
             else [_at(sweep, low), _at(sweep, high)]
         )
-        rows.append([what, shown, least, places[0], most, places[1]])
+        rows.append([label, shown, least, places[0], most, places[1]])
     if not rows:
         return [missing("No point has a metric yet.")]
     endless = [n for n, v in sweep.metrics.items() if np.isinf(v[sweep.done]).any()]

@@ -63,13 +63,13 @@ def _panel(axes, words: str, sensitivities: Mapping) -> None:
     names = sorted(sensitivities, key=lambda n: abs(sensitivities[n].change))
     metric_units = next(iter(sensitivities.values())).metric_units
     units, factor = shown_in(metric_units, [one.change for one in sensitivities.values()])
-    for place, name in enumerate(names):
+    for rank, name in enumerate(names):
         one = sensitivities[name]
         style = {} if one.trusted else UNCERTAIN
         change, error = factor * one.change, factor * one.change_error
-        axes.barh(place, -change, 0.7, color=SHRINKS, label=_once("- 1 %", place), **style)
-        axes.barh(place, change, 0.7, color=GROWS, label=_once("+ 1 %", place), **style)
-        axes.errorbar(change, place, xerr=error, color="black", capsize=2.0, lw=0.8)
+        axes.barh(rank, -change, 0.7, color=SHRINKS, label=_once("- 1 %", rank), **style)
+        axes.barh(rank, change, 0.7, color=GROWS, label=_once("+ 1 %", rank), **style)
+        axes.errorbar(change, rank, xerr=error, color="black", capsize=2.0, lw=0.8)
     marks = [n if sensitivities[n].trusted else f"{n}\n(uncertain)" for n in names]
     axes.set_yticks(range(len(names)), marks)
     axes.axvline(0.0, color="black", linewidth=0.8)
@@ -79,6 +79,6 @@ def _panel(axes, words: str, sensitivities: Mapping) -> None:
     axes.locator_params(axis="x", nbins=7)
 
 
-def _once(label: str, place: int) -> str:
+def _once(label: str, rank: int) -> str:
     """A label of the legend, for the first bar alone."""
-    return label if place == 0 else "_"
+    return label if rank == 0 else "_"

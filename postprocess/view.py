@@ -78,12 +78,12 @@ def _default(source, swept: bool) -> Path:
     """Path of a page that is given no name."""
     if swept:
         return Path(getattr(source, "folder", source)) / "view.html"
-    place = getattr(source, "path", source)
-    if isinstance(place, Record):
+    path = getattr(source, "path", source)
+    if isinstance(path, Record):
         raise ValueError(
             "view: this run has no file beside which a page could stand; give `output`"
         )
-    return Path(place).with_suffix(".view.html")
+    return Path(path).with_suffix(".view.html")
 
 
 def _checked(path: str | Path) -> Path:

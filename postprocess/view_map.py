@@ -72,13 +72,13 @@ def _parameters(sweep: Sweep) -> list[dict]:
             numbers = column.dtype.kind in "iuf"
             units = sweep.definition.units.get(name, "?")
             if numbers:
-                values, place = np.unique(column, return_inverse=True)
+                values, index = np.unique(column, return_inverse=True)
                 unit, factor = scaled(units, *map(float, values))
                 values = (values * factor).tolist()
                 text = [number(v, 4) for v in values]
             else:
                 values, unit = list(dict.fromkeys(map(str, column))), ""
-                place, text = np.array([values.index(str(v)) for v in column]), values
+                index, text = np.array([values.index(str(v)) for v in column]), values
             label = name.replace("_", " ") + (f" [{unit}]" if unit else "")
             entries.append(
                 {
@@ -88,7 +88,7 @@ def _parameters(sweep: Sweep) -> list[dict]:
                     "numbers": numbers,
                     "values": values,
                     "text": text,
-                    "place": place.tolist(),
+                    "place": index.tolist(),
                 }
             )
     return entries
@@ -108,7 +108,7 @@ def _runs(
     sweep: Sweep, channels: str | Iterable[str] | None
 ) -> tuple[list[Moving], list[str], dict[int, int]]:
     """Runs in the page, their blocks, and the block of each point that has one."""
-    runs, blocks, where, left = [], [], {}, ROOM
+    runs, blocks, where, room = [], [], {}, ROOM
     having = [
         i
         for i in range(len(sweep))
@@ -122,9 +122,9 @@ def _runs(
                 record, _label(sweep, i), only=_channels(record, channels), begin=_begin(record)
             )
         text = run.pack.text()
-        if len(text) > left:
+        if len(text) > room:
             break
-        left -= len(text)
+        room -= len(text)
         where[i] = len(runs)
         runs.append(run)
         blocks.append(text)

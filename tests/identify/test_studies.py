@@ -149,7 +149,7 @@ def test_known_parameters_come_back():
     """All twelve return within 2 % from three roles with 0.02 N m of noise."""
     actual = studies.recovery("lugre3d", roles=("training", "test", "other"), seeds=(0,), starts=1)
     assert actual.roles == ("training", "test", "other")
-    assert actual.found.shape == (1, len(actual.names)) == actual.errors.shape
+    assert actual.fits.shape == (1, len(actual.names)) == actual.errors.shape
     assert actual.true[actual.names.index("spin_kinetic")] == pytest.approx(1.6)
     assert abs(actual.errors).max() < 0.02
 

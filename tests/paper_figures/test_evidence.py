@@ -181,7 +181,7 @@ def test_peers_find_the_same_impacts(name, validated):
     if importlib.util.find_spec(PEERS[name][0]) is None:
         pytest.skip("not installed")
     problem = Problem(cl.load_case("slider_crank"), 0.0012)
-    assert problem.own("dop853", 1e-9).contacts >= 3
+    assert problem.solution("dop853", 1e-9).contacts >= 3
     error = problem.error(PEERS[name][1](problem)(problem, 1e-9).states)
     options = {"source": name, "kind": "independent", "relative": False}
     validated("end state less a peer's, after impacts", error, 0.0, 1e-2, **options)
