@@ -320,12 +320,8 @@ class LaneMetrics:
     def __init__(self, run: Run, settle: float | None, error: float | str | dict | None = None):
         stating = Stating(run, error, settle)
         self.request = stating.request
-        self.mechanism, self.solver, self.span, self.settle = (
-            run.mechanism,
-            run.solver,
-            run.span,
-            settle,
-        )
+        self.mechanism, self.solver = run.mechanism, run.solver
+        self.span, self.settle = run.span, settle
         sink = Memory(run.mechanism.layout.channels, attributes_of(run))
         if failure := record_run(run, sink):
             raise NotForLanes(f"its first point fails: {failure}")
@@ -500,18 +496,15 @@ class LaneMetrics:
             good &= np.isfinite(points.given).all(axis=(1, 2))
         if "energy/residual_max" not in self.wanted.quantities:
             return good
-        ends = {
-            n: self._of_all(answers, f"energy/{n}", self.past)
-            for n in ("kinetic_max", "kinetic_min")
-        }
-        ends |= {
-            n: self._of_all(answers, f"energy/{n}", self.past)
-            for n in ("residual_max", "residual_min")
-        }
-        turned = np.maximum(ends["kinetic_max"] - ends["kinetic_min"], 1e-300)
+        low, high, least, most = (
+            self._of_all(answers, f"energy/{name}_{end}", self.past)
+            for name in ("kinetic", "residual")
+            for end in BOTH
+        )
+        turned = np.maximum(high - low, 1e-300)
         rtol = self.solver.rtol if points.rtol is None else points.rtol
         doubt = np.array([doubtful(r) for r in np.broadcast_to(rtol, turned.shape)])
-        return good & (ends["residual_max"] - ends["residual_min"] <= doubt * turned)
+        return good & (most - least <= doubt * turned)
 
     def _of_all(self, answers: Answers, name: str, first: int = 0) -> np.ndarray:
         """Outermost of the extremes of a quantity in the turns from one on."""

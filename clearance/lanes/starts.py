@@ -71,10 +71,8 @@ class Starts:
         """True where in some turn energy is missing, over what is turned over in one."""
         if "energy/residual_max" not in seen.peaks:
             return False
-        high, low, most, least = (
-            seen.by_turn(f"energy/{name}_{end}")
-            for name in ("kinetic", "residual")
-            for end in ("max", "min")
+        low, high, least, most = (
+            seen.by_turn(f"energy/{name}_{end}") for name in ("kinetic", "residual") for end in BOTH
         )
         turned_over = max(float((high - low).max()), 1e-300)
         return bool((most - least).max() > doubtful(self.run.solver.rtol) * turned_over)

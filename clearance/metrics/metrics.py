@@ -108,32 +108,25 @@ class Window:
 
         Raises ValueError for a settle that is negative or not finite.
         """
-        time, turn = record.time, record.turn
         if settle is not None:
             settle = checks.non_negative("settle", settle)
-        if time.size < 2:
+        if record.time.size < 2:
             return None
-        length = float(time[-1])
-        done = (float(record.turns_at(length)) if turn else length) * (1.0 + ROUNDING)
+        length = float(record.time[-1])
+        if not record.turn:
+            begin = settle or 0.0
+            return cls.between(record, begin, length, None) if begin < length else None
+        done = float(record.turns_at(length)) * (1.0 + ROUNDING)
         if settle is None:
-            settle = 1.0 if turn and (done >= 2.0 or not record.complete) else 0.0
-        begin, full_turns = (
-            float(record.time_at(settle)) if turn else settle,
-            math.floor(done - settle),
-        )
-        if begin >= length or (turn and full_turns < 1 and not record.complete):
+            settle = 1.0 if done >= 2.0 or not record.complete else 0.0
+        begin, full = float(record.time_at(settle)), math.floor(done - settle)
+        if begin >= length or (full < 1 and not record.complete):
             return None
-        end = (
-            min(float(record.time_at(settle + full_turns)), length)
-            if turn and full_turns >= 1
-            else length
-        )
-        turns = (
-            (float(full_turns) if full_turns >= 1 else float(record.turns_at(end)) - settle)
-            if turn
-            else None
-        )
-        return cls.between(record, begin, end, turns)
+        if full < 1:
+            part = float(record.turns_at(length)) - settle
+            return cls.between(record, begin, length, part)
+        end = min(float(record.time_at(settle + full)), length)
+        return cls.between(record, begin, end, float(full))
 
     @classmethod
     def between(

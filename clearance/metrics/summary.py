@@ -176,7 +176,6 @@ def _joints(result, begin: float, end: float) -> dict:
     of the entire run.
     """
     described = {j["name"]: j for j in result.scene["joints"]}
-    roughness = {name: j.get("roughness") for name, j in described.items()}
     joints = {}
     for name in result.names("joints"):
         group, facts = f"joints/{name}", result.facts(f"joints/{name}")
@@ -187,8 +186,8 @@ def _joints(result, begin: float, end: float) -> dict:
         for extreme, summary_name in JOINT_EXTREMES.items():
             if _is_there(result, f"{group}/{extreme}"):
                 mine |= _two(result, f"{group}/{extreme}", summary_name, begin, end)
-        if roughness.get(name) and "smallest_gap" in mine:
-            mine["smallest_film_thickness_ratio"] = mine["smallest_gap"] / roughness[name]
+        if (roughness := described[name].get("roughness")) and "smallest_gap" in mine:
+            mine["smallest_film_thickness_ratio"] = mine["smallest_gap"] / roughness
         if f"{group}/friction" in result and f"{group}/gap" not in result:
             mine["peak_friction"] = peak(result, f"{group}/friction", begin, end)
             mine["friction_units"] = result.units(f"{group}/friction")

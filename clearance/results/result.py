@@ -215,7 +215,7 @@ class Result(Record):
             raise Damaged(f"{self.path}: the columns of /events differ in length")
         if any((c.dtype.kind == "U") != (n in EVENT_TEXTS) for n, c in columns.items()):
             raise Damaged(f"{self.path}: a column of /events is of another kind")
-        return Entries(f"{self.path}: /events", columns)
+        return Entries(f"{self.reader.path}: /events", columns)
 
     def pressure_fields(self, joint: str) -> PressureFields | None:
         """Pressure fields of a joint's film; None where none was requested of the run."""

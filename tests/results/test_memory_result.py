@@ -84,5 +84,7 @@ def test_no_file_is_made_unasked(monkeypatch):
     assert result.errors
     assert result.solver["steps"] > 0
     assert result.joint("C").force.shape == (401, 2)
+    assert not result.events["time"].size
+    assert result.metrics()["joint_C_force_max"].value > 0.0
     with pytest.raises(AssertionError, match="a file is made"):
         _ = result.path
