@@ -127,15 +127,13 @@ class TurnsOfRecord(Turns):
         counts = np.bincount(turn[inside], minlength=self.count)
         if not counts.all():
             return None
-        integrals, name = self.record.integrals, f"{path}_square"
-        summed = integrals is not None and name in integrals.cumulated
-        if summed and (amounts := integrals.between(name, self.edges)) is not None:
+        if (amounts := self.record.summed(f"{path}_square", self.edges)) is not None:
             return amounts / np.diff(self.edges)
         squares = self.record.values(path)[inside] ** 2
         return np.bincount(turn[inside], squares, self.count) / counts
 
     def increases(self, path: str) -> np.ndarray:
-        if (growth := self.record.growth(path, self.edges)) is not None:
+        if (growth := self.record.summed(f"{path}_growth", self.edges)) is not None:
             return growth
         return np.diff(np.interp(self.edges, self.record.time, self.record.values(path)))
 

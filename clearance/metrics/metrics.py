@@ -64,8 +64,6 @@ SURFACES = ("bearing", "journal")  # that wear
 EFFORTS = {"torque": "N m", "force": "N"}
 ROUNDING = 1e-9  # share of a run that rounding may take off a turn
 COARSE = 20  # samples a turn below which nothing is known between them
-GAUSS = 3.0**-0.5  # places of Gauss' rule of two points, which is exact for cubics
-CLOSE = 0.125  # width between places over that of an interval that a cubic may stand on, at least
 ON_SAMPLE = 1e-6  # share of a step within which a turn counts as an integer number of samples
 
 
@@ -173,39 +171,15 @@ class Window:
 
 
 def integrating(places: np.ndarray, begin: float, end: float) -> np.ndarray:
-    """Weights of values at ascending places whose sum is their integral from begin to end.
-
-    Between two places stands the cubic through four around them, with those that are nearest
-    together left aside; the first and the last reach to begin and end. Where there are not four,
-    the straight line.
+    """Weights of values at ascending places whose sum is their integral from begin to end: straight
+    lines between them, of which the first and the last reach to begin and end.
     """
-    width = np.diff(places)
+    width, weights = np.diff(places), np.zeros(len(places))
     edges = np.concatenate([[begin], places[1:-1], [end]])
-    middle, half = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
-    count, between = len(places), np.arange(len(width))
-    weights, straight = np.zeros(count), np.ones(len(width), bool)
-    for shift in (-1, -2, 0) if count >= 4 else ():
-        first = np.clip(between + shift, 0, count - 4)
-        closest = np.min([width[first + k] for k in range(3)], axis=0)
-        mine = np.flatnonzero(straight & (closest >= CLOSE * width))
-        straight[mine] = False
-        four = first[mine, None] + np.arange(4)
-        for side in (-GAUSS, GAUSS):
-            shares = _lagrange(places[four], middle[mine] + side * half[mine])
-            np.add.at(weights, four, half[mine, None] * shares)
-    for k, share in ((0, places[1:] - middle), (1, middle - places[:-1])):
-        parts = np.where(straight, 2.0 * half * share / width, 0.0)
-        np.add.at(weights, between + k, parts)
+    middle, share = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges) / width
+    weights[:-1] += share * (places[1:] - middle)
+    weights[1:] += share * (middle - places[:-1])
     return weights
-
-
-def _lagrange(places: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Shares of four values, (n, 4), in their cubic at (n,)."""
-    shares = np.ones_like(places)
-    for k in range(4):
-        for j in {0, 1, 2, 3} - {k}:
-            shares[:, k] *= (at - places[:, j]) / (places[:, k] - places[:, j])
-    return shares
 
 
 Numbers = Iterator[tuple]  # name, value, units, text, and of extremes their time [s]
@@ -307,8 +281,8 @@ class OfRecord(Reductions):
 
     def increase(self, path: str) -> float:
         ends = np.array([self.window.begin, self.window.end])
-        if (growth := self.record.growth(path, ends)) is not None:
-            return float(growth[0])
+        if (growth := self.record.summed(f"{path}_growth", ends)) is not None:
+            return growth.item()
         begin, end = cubic(self.record.time, self.record.values(path), ends)
         return end - begin
 

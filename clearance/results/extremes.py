@@ -302,18 +302,19 @@ class Integrals:
         last = int(np.searchsorted(self.edges, end + slack, side="right")) - 1
         return first, max(first, last)
 
-    def _nearest(self, times: np.ndarray) -> np.ndarray:
+    def nearest(self, times: np.ndarray) -> np.ndarray:
         """Places of the edges nearest to times [s]."""
         places = np.clip(np.searchsorted(self.edges, times), 1, len(self.ends))
         return places - (times - self.edges[places - 1] < self.edges[places] - times)
 
-    def nearest(self, times: np.ndarray) -> np.ndarray:
-        """The edges nearest to times [s]."""
-        return self.edges[self._nearest(times)]
-
     def between(self, name: str, times: np.ndarray) -> np.ndarray | None:
-        """Integrals between ascending times [s] that are edges; None where one is not."""
-        places = self._nearest(times)
-        if np.abs(self.edges[places] - times).max() > ROUNDING * self.edges[1]:
+        """Integrals between ascending times [s] that are edges; None where one is not, or the run
+        has no such integral.
+        """
+        places = self.nearest(times)
+        if (
+            name not in self.names
+            or np.abs(self.edges[places] - times).max() > ROUNDING * self.edges[1]
+        ):
             return None
         return np.diff(self.cumulated[name][places])

@@ -253,17 +253,12 @@ class Record(Drawn, ABC):
         times, integrals = time_of(turns, self.time, self._counted), self.integrals
         if integrals is None:
             return times
-        near = integrals.nearest(times)
+        near = integrals.edges[integrals.nearest(times)]
         return np.where(np.abs(near - times) < NEAR * np.ptp(self.time[-2:]), near, times)
 
-    def growth(self, path: str, times: np.ndarray) -> np.ndarray | None:
-        """Growth of a channel between ascending times [s], where the run located them; else
-        None.
-        """
-        integrals, name = self.integrals, f"{path}_growth"
-        if integrals is None or name not in integrals.cumulated:
-            return None
-        return integrals.between(name, times)
+    def summed(self, name: str, times: np.ndarray) -> np.ndarray | None:
+        """Integrals between times, see `Integrals.between`."""
+        return None if self.integrals is None else self.integrals.between(name, times)
 
     def _need_turns(self) -> None:
         if self.turning is None:

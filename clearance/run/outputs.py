@@ -124,7 +124,7 @@ class Watched:
         self.rows = [(q.channel, q.paired, q.sign, -1) for q in self.quantities]
         blended = tuple(e.name for e, spot in mechanism.spots if spot.kind == BLENDED)
         drive = next((d for d in scene.drives if d.turn is not None and not d.speed), None)
-        self.counted = index.get(f"{drive.key}/turns", -1) if drive else -1
+        self.counted = index.get(drive and f"{drive.key}/turns", -1)
         self.integrands = summed(channels, blended, self.counted >= 0)
         self.contacts: dict[int, int] = {}  # spot -> its first row
         for i, (element, spot) in enumerate(mechanism.spots):
@@ -156,14 +156,11 @@ class Watched:
             "peaks": len(self.rows),
             "stretches": stretches(until, self.length),
             "integrals": len(self.integrands),
-            "parts": self._room(until, scene.turn) if self.integrands else 1,
+            "parts": self.parts * stretches(until, self.length) if self.integrands else 1,
             "reversals": len(self.rubbing),
         }
-
-    def _room(self, until: float, turn: float | None) -> int:
-        """Number of parts of a run; turns of a finite drive end some more."""
-        more = math.ceil(until / turn) + 1 if turn and self.counted >= 0 else 0
-        return self.parts * stretches(until, self.length) + more
+        if drive:
+            self.sizes["parts"] += math.ceil(until / drive.turn) + 1
 
     def _form(self, integrand: Integrand) -> int:
         """Form of an integrand; of a time in contact the row of the gap in `peaks`, -1: none."""
@@ -242,9 +239,9 @@ class Watched:
 
     def integrals(self, state: State) -> Integrals:
         """Integrals over time so far."""
-        done, totals = state.parts, state.totals[: state.parts + 1].copy()
-        positive = totals[:, : state.grown]  # as the integrands are
-        np.maximum(positive, 0.0, out=positive)
+        done, positive = state.parts, slice(state.grown)  # as the integrands are
+        totals = state.totals[: done + 1].copy()
+        totals[:, positive] = np.maximum(totals[:, positive], 0.0)
         return Integrals(*self._summed, np.append(state.ends[:done], state.time), totals)
 
     @cached_property

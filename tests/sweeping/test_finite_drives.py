@@ -42,8 +42,7 @@ class Ran:
 @pytest.mark.parametrize("seed", few_of(range(1, 9), 1))
 def test_metrics(name, fixed, seed):
     """Lanes have all metrics within 5e-4 (measured 1.7e-4) where a tighter tolerance of the
-    ordinary way changes none by 1e-5: its windows end between samples. Those that are sound have as
-    many warnings.
+    ordinary way changes none by 1e-5. Those that are sound have as many warnings.
     """
     ran, calm = Ran(name, fixed, seed, turns=3.5, rtol=1e-8), 0
     warnings = ran.together.warnings(ran.columns, ran.answers, ran.points)

@@ -999,11 +999,9 @@ def test_own_metrics_that_are_none(answer, reason):
         own(mine, clocked(1.0))
 
 
-@pytest.mark.parametrize(("count", "error"), [(3, 0.5), (20, 1e-3), (400, 1e-9)])
+@pytest.mark.parametrize(("count", "error"), [(3, 0.1), (20, 1e-3), (400, 2e-6)])
 def test_integrals_of_uneven_places(count, error):
-    """Of a wave from 0.1 to 0.9: errors of the fourth order, straight lines for three places; of
-    cubics at even places rounding alone.
-    """
+    """Of a wave from 0.1 to 0.9: errors of the second order."""
     places = np.linspace(0.05, 0.95, count) ** 1.1
     begin, end = places[0] + 0.1 * (places[1] - places[0]), places[-1]
     weights = integrating(places, begin, end)
@@ -1012,12 +1010,12 @@ def test_integrals_of_uneven_places(count, error):
     assert weights @ np.sin(6.0 * places) == pytest.approx(exact, abs=error)
 
 
-def test_integrals_of_cubics():
+def test_integrals_of_straight_lines():
     """Exact to rounding, also from and to places between samples; so where two samples meet."""
     even = np.linspace(0.0, 1.0, 30)
     for places in (even, np.sort([*even, even[7] + 1e-7])):
         weights = integrating(places, -0.01, 0.99)
-        for power in range(4):
+        for power in range(2):
             exact = (0.99 ** (power + 1) - (-0.01) ** (power + 1)) / (power + 1)
             assert weights @ places**power == pytest.approx(exact, abs=1e-12)
 
