@@ -94,7 +94,7 @@ class Sensing:
 
     def of(self, run: Run) -> Sensitivities:
         """Sensitivities at the numbers of a run. Raises Impossible."""
-        method = "dop853" if run.method.text == "dop853" else "rodas5p"
+        method = method_beside(run)
         fine, loose = (Steps(self, run, rtol, method) for rtol in (RTOL, LOOSER))
         if np.array_equal(fine.ends, loose.ends):
             loose = Steps(self, run, LOOSER, method, LONGER)
@@ -130,6 +130,11 @@ def by_metric(rows: dict[tuple[str, str], Sensitivity]) -> dict[tuple[str, str],
     metrics_in_order = dict.fromkeys(metric for metric, _ in rows)
     order = {metric: i for i, metric in enumerate(metrics_in_order)}
     return dict(sorted(rows.items(), key=lambda row: order[row[0][0]]))
+
+
+def method_beside(run: Run) -> str:
+    """Method of runs that make the steps of another: without an iteration."""
+    return "dop853" if run.method.text == "dop853" else "rodas5p"
 
 
 def reason_without(run: Run) -> str:

@@ -161,6 +161,5 @@ def _plan(options, scene, bounds: dict) -> int:
         f"95 % intervals of a record with noise {options.noise or '1%'}, best first",
         "  " + "".join(f"{n:>26}" for n in bounds) + "  of",
         *("  " + "".join(f"{r.text(n):>26}" for n in bounds) + f"  {r.title}" for r in rows),
-        *dict.fromkeys(f"  {line}" for row in rows for line in row.products),
     ]
     return show(options, {"rows": [row.document() for row in rows]}, lines)

@@ -9,8 +9,6 @@ distances.
 Source: Miettinen, Nonlinear Multiobjective Optimization (1999), section 3.2.
 """
 
-import hashlib
-import json
 import math
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -24,7 +22,7 @@ import numpy as np
 from clearance.accuracy.by_differences import Impossible
 from clearance.files.locks import locked
 from clearance.files.texts import listed
-from clearance.identify.free import Bounds, add_to_journal, bounded, journaled, saved
+from clearance.identify.free import Bounds, Journal, bounded, saved
 from clearance.identify.optimum import (
     KEPT,
     LAST,
@@ -407,9 +405,7 @@ class _Search:
         """All of it. journal: of this search; aside: folder of the check."""
         design, (goal, *_) = self.design, self.goals
         design.want([g.name for g in self.goals] + [i.name for i in self.limits])
-        self.journal, self.key = journal, self._key()
-        self.rows = [Solved(np.array(x), *rest) for x, *rest in journaled(journal, self.key)]
-        self.done = 0
+        self.journal = Journal(journal, Solved, self._about())
         ends = self._ends(goal)
         best, limits = self._with_margins(ends[0].x, goal)
         front = self._front(best, limits) if len(self.goals) == 2 else ()
@@ -470,15 +466,11 @@ class _Search:
 
     def _kept(self, make: Callable[[], Solved]) -> Solved:
         """The next end of the search, from the journal where it is there."""
-        if self.done == len(self.rows):
-            self.rows.append(make())
-            rows = [[e.x.tolist(), e.goal, e.shortfall, e.smooth] for e in self.rows]
-            add_to_journal(self.journal, self.key, rows)
-        self.done += 1
+        end = self.journal.end(make)
         if self.progress is not None:
             total = self.starts + (self.designs - 2 if len(self.goals) == 2 else 0)
-            self.progress(min(self.done / total, 1.0))
-        return self.rows[self.done - 1]
+            self.progress(min(self.journal.done / total, 1.0))
+        return end
 
     def _with_margins(
         self, x: np.ndarray, goal: Goal, limits: Sequence[Limit] | None = None
@@ -573,15 +565,14 @@ class _Search:
             shares[limit.text] = probability(limit.sign * (values - limit.value) >= 0.0)
         return shares
 
-    def _key(self) -> str:
-        """Digest of all that the ends depend on."""
+    def _about(self) -> list:
+        """All that the ends depend on."""
         design = self.design
-        about = [VERSION, self.seed, self.starts, self.designs, design.scene.to_json()]
+        about = [self.seed, self.starts, self.designs, design.scene.to_json()]
         about += [design.settle, sorted((n, str(v)) for n, v in design.options.items())]
         about += [[p.name, p.low, p.high] for p in design.free]
         about += [[g.name, g.sign] for g in self.goals] + [i.text for i in self.limits]
-        about += [self.share, sorted(design.tolerances.items())]
-        return hashlib.sha256(json.dumps(about).encode()).hexdigest()
+        return [*about, self.share, sorted(design.tolerances.items())]
 
 
 def _stated(errors, name: str, value: float) -> float | None:

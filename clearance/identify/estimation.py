@@ -31,6 +31,7 @@ FINISH_NETWORK = 1e-5  # the same of networks, whose weights make up for each ot
 FINISH_FUNCTION, MOST_FUNCTION = 1e-8, 60  # that of functions, and their steps
 # differences made larger; relative change of slopes by that from which they are reduced
 COARSER, UNSMOOTH = 3.0, 0.2
+FLAT = 1e-12  # gradient of the cost at which it ends
 FAILS = ValueError, ArithmeticError, RuntimeError  # of a function: that point is refused
 MOST_LOOKS, MOST = 25, 300  # passes over the samples of a start, and of the finish
 # samples of a trial that starts are judged by, at least; one in so many of them, at most
@@ -106,6 +107,41 @@ def spread(slopes: np.ndarray, cost: float, samples: int) -> tuple[np.ndarray, n
     covariance = variance * (inverse @ inverse.T) / np.outer(sizes, sizes)
     wide = student(freedom) * np.sqrt(np.diag(covariance))
     return covariance, wide, math.sqrt(variance)
+
+
+def least(
+    errors: Callable,
+    slopes: Callable,
+    begin: np.ndarray,
+    free: np.ndarray,
+    bounds: np.ndarray,
+    ends: tuple[float, float, int],
+):
+    """The least sum of squares from coordinates of which the free ones move between bounds (2, p).
+
+    ends: relative change, gradient and number of evaluations at which the search ends. The result
+    is that of scipy, with all coordinates.
+    """
+
+    def complete(moving: np.ndarray) -> np.ndarray:
+        y = begin.copy()
+        y[free] = moving
+        return y
+
+    change, gradient, most = ends
+    solution = least_squares(
+        lambda moving: errors(complete(moving)),
+        begin[free],
+        lambda moving: slopes(complete(moving))[:, free],
+        bounds[:, free],
+        x_scale="jac",
+        ftol=change,
+        xtol=change,
+        gtol=gradient,
+        max_nfev=most,
+    )
+    solution.x = complete(solution.x)
+    return solution
 
 
 def still_axes(model: Model, names: list[str], sizes: np.ndarray) -> list[str]:
@@ -298,34 +334,24 @@ class Passes:
         """The least cost from searched coordinates, of which the free ones move."""
         history, before, search = [], self.evaluations, self.search
 
-        def complete(moving):
-            y = begin.copy()
-            y[free] = moving
-            return y
-
-        def jacobian(moving):
-            y = complete(moving)
+        def jacobian(y):
             x = search.natural(y)
             history.append(0.5 * float(np.sum(self.errors(x) ** 2)))
             self.tell(history[-1])
-            return search.chained(self.jacobian(x), y)[:, free]
+            return search.chained(self.jacobian(x), y)
 
         if not np.isfinite(self.errors(search.natural(begin))).all():
             return Solved(begin, math.inf, [math.inf], self.evaluations - before, True)
-        solution = least_squares(
-            lambda y: self.errors(search.natural(complete(y))),
-            begin[free],
+        solution = least(
+            lambda y: self.errors(search.natural(y)),
             jacobian,
-            search.bounds[:, free],
-            "trf",
-            change,
-            change,
-            1e-12,
-            "jac",
-            max_nfev=most,
+            begin,
+            free,
+            search.bounds,
+            (change, FLAT, most),
         )
         cost, passes = float(solution.cost), self.evaluations - before
-        return Solved(complete(solution.x), cost, history, passes, solution.status > 0)
+        return Solved(solution.x, cost, history, passes, solution.status > 0)
 
     def tell(self, cost: float) -> None:
         """Nothing: passes are fast."""

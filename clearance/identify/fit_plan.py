@@ -7,7 +7,7 @@ independent from value to value. Source: Seber and Wild, Nonlinear Regression (2
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -34,12 +34,11 @@ AROUND = 10.0  # bounds of a plan: the value over and times this
 class Planned:
     """Half widths of 95 % intervals over the values, by parameter.
 
-    title: the channel, length and speed; products: of inseparable parameters.
+    title: the channel, length and speed.
     """
 
     title: str
     half: Mapping[str, float]
-    products: tuple[str, ...]
 
     def text(self, name: str) -> str:
         """The interval of a parameter in words."""
@@ -48,7 +47,7 @@ class Planned:
 
     def document(self) -> dict:
         """It as plain data."""
-        return {"of": self.title, "half_widths": dict(self.half), "products": list(self.products)}
+        return {"of": self.title, "half_widths": dict(self.half)}
 
 
 def plan(
@@ -69,23 +68,27 @@ def plan(
     (seconds, where nothing turns). speeds: values of the parameter `speed` of the case.
     Raises ValueError as `cl.fit`.
     """
-    names, paths = list(parameters), listed(channels) or []
-    bounds = dict(parameters) if isinstance(parameters, Mapping) else dict.fromkeys(names)
-    rows = []
+    bounds = parameters if isinstance(parameters, Mapping) else dict.fromkeys(parameters)
+    paths, rows = listed(channels) or [], []
     for speed in speeds or [None]:
         here = scene if speed is None else _at_speed(scene, speed)
-        free = [_free(here, n, bounds[n]) for n in names]
+        free = [_free(here, n, b) for n, b in bounds.items()]
+        end = "" if speed is None else f", speed {speed}"
         for length in turns:
-            rows += _rows(here, free, paths, noise, length, samples_per_turn, settle, speed)
+            problem = _problem(here, free, paths, length, samples_per_turn, settle)
+            rows += _rows(problem, paths, noise, f"{_length(here, length)}{end}")
     return sorted(rows, key=lambda r: sum(math.log(max(h, 1e-12)) for h in r.half.values()))
 
 
 def _at_speed(scene: Scene, speed: float | str) -> Scene:
-    """The scene at another speed. Raises ValueError where its case has none."""
-    if scene.case is None or "speed" not in scene.case.parameters:
-        raise ValueError("plan: the case has no parameter speed")
-    value = quantity(speed, "rad/s") if isinstance(speed, str) else speed
-    return scene.case.scene(**scene.parameters | {"speed": value})
+    """The scene at another speed."""
+    about = varied(scene, "speed", 1.0)
+    return about.scene(quantity(speed, about.units) if isinstance(speed, str) else speed)
+
+
+def _length(scene: Scene, length: float) -> str:
+    """The length of a record in words."""
+    return f"{length:g} {('turn' if length == 1.0 else 'turns') if scene.turn else 's'}"
 
 
 def _free(scene: Scene, name: str, bounds) -> Free:
@@ -97,44 +100,29 @@ def _free(scene: Scene, name: str, bounds) -> Free:
     return Free(name, *ends, about.units)
 
 
-def _rows(scene, free, paths, noise, length, per_turn, settle, speed) -> list[Planned]:
-    """Rows of one length and speed: each channel, and all together."""
-    checks.positive("plan: turns", length)
-    along = "angle" if scene.turn else "time"
-    x = np.arange(1, max(round(length * per_turn), 2) + 1) * (length / round(length * per_turn))
-    still = [Measured(Path(p), p, "?", along, x, np.zeros(x.size)) for p in paths]
-    problem = Problem(
-        scene, free, [Curve(m, p, 1.0) for m, p in zip(still, paths, strict=True)], settle
-    )
-    point = problem.middle
+def _problem(scene: Scene, free, paths, length: float, per_turn: int, settle) -> Problem:
+    """Records of zeros, so that residuals are the channels."""
+    count = max(round(checks.positive("plan: turns", length) * per_turn), 2)
+    along, x = "angle" if scene.turn else "time", length * np.arange(1, count + 1) / count
+    still = (Measured(Path(p), p, "?", along, x, np.zeros(count)) for p in paths)
+    return Problem(scene, free, [Curve(m, m.column, 1.0) for m in still], settle)
+
+
+def _rows(problem: Problem, paths: Sequence[str], noise, title: str) -> Iterator[Planned]:
+    """Each channel, and all together."""
+    point, check = problem.middle, partial(checks.positive, "noise")
     values, slopes = problem.residuals(point), problem.jacobian(point)
-    unit = f"{length:g} {('turn' if length == 1.0 else 'turns') if scene.turn else 's'}"
-    suffix = unit if speed is None else f"{unit}, speed {speed}"
-    scaled = []
     for rows in problem.rows:
-        size = _noise(noise, values[rows])
-        scaled.append(slopes[rows] / size)
-    sets = [([i], p) for i, p in enumerate(paths)]
-    sets += [(list(range(len(paths))), "all channels")] if len(paths) > 1 else []
-    return [
-        _planned(problem, point, np.vstack([scaled[i] for i in part]), f"{title}, {suffix}")
-        for part, title in sets
-    ]
+        slopes[rows] /= deviation(noise, float(np.ptp(values[rows])) or 1.0, check)
+    sets = dict(zip(paths, problem.rows, strict=True))
+    sets |= {"all channels": slice(None)} if len(paths) > 1 else {}
+    for channel, rows in sets.items():
+        yield Planned(f"{channel}, {title}", _half_widths(problem.free, point, slopes[rows]))
 
 
-def _noise(noise: float | str, values: np.ndarray) -> float:
-    """Standard deviation of an error of a channel's values."""
-    span = float(np.ptp(values)) or 1.0
-    return deviation(noise, span, partial(checks.positive, "noise"))
-
-
-def _planned(problem: Problem, point: np.ndarray, slopes: np.ndarray, title: str) -> Planned:
+def _half_widths(free: Sequence[Free], point: np.ndarray, slopes: np.ndarray) -> dict[str, float]:
+    """Half widths of intervals over the values, in the logarithm of positive parameters."""
     freedom = max(len(slopes) - len(point), 1)
-    covariance, _, _ = spread(slopes, 0.5 * freedom, len(slopes))
-    deviations = np.sqrt(np.diag(covariance))
-    half = {}
-    for free, x, sd in zip(problem.free, point, deviations, strict=True):
-        wide = NORMAL * float(sd)
-        size = 1.0 if free.positive else abs(free.value(float(x))) / free.size or 1.0
-        half[free.name] = wide / size
-    return Planned(title, half, ())
+    wide = NORMAL * np.sqrt(np.diag(spread(slopes, 0.5 * freedom, len(slopes))[0]))
+    of = zip(free, point.tolist(), wide.tolist(), strict=True)
+    return {p.name: w * p.slope(x) / (abs(p.value(x)) or p.size) for p, x, w in of}

@@ -4,10 +4,11 @@ Positive parameters have their logarithm as coordinate, others the value over th
 bounds.
 """
 
+import hashlib
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from clearance.simulation import prepare
 from clearance.values import checks
 from clearance.values.even_points import sobol
 from clearance.values.units import quantity
+from clearance.version import VERSION
 
 #: two bounds in SI or with units, or "LOW:HIGH"
 Bounds = Mapping[str, tuple[float | str, float | str] | str]
@@ -59,6 +61,10 @@ class Free:
     def coordinate(self, value: float) -> float:
         """Its logarithm, or the parameter over the width of its bounds."""
         return math.log(value) if self.positive else value / self.size
+
+    def slope(self, x: float) -> float:
+        """Of the parameter by its coordinate."""
+        return self.value(x) if self.positive else self.size
 
 
 def bounded(scene: Scene, name: str, bounds) -> Free:
@@ -156,18 +162,31 @@ class Beside:
         return self.problem.scene_of(moved, self.changes)
 
 
-def journaled(journal: Path | None, key: str) -> list[list]:
-    """Rows of the journal of a search before; none where it has another key."""
-    if journal is None or not journal.is_file():
-        return []
-    before = document_of(journal.read_text(encoding="utf-8"), journal)
-    return before["ends"] if before.get("key") == key else []
+class Journal:
+    """Ends of a search, which stand in a file (None: in none) and are taken from there.
 
+    kind: a dataclass of an end, coordinates first; about: all that the ends depend on, where a file
+    that differs is written anew.
+    """
 
-def add_to_journal(journal: Path | None, key: str, rows: Sequence[Sequence]) -> None:
-    """Write the ends of starts."""
-    if journal is not None:
-        replace_file(journal, json.dumps({"key": key, "ends": rows}))
+    def __init__(self, path: Path | None, kind: type, about: Sequence):
+        about = [VERSION, [f.name for f in fields(kind)], *about]
+        self.path, self.kind, self.rows, self.done = path, kind, [], 0
+        self.key = hashlib.sha256(json.dumps(about).encode()).hexdigest()
+        if path is not None and path.is_file():
+            before = document_of(path.read_text(encoding="utf-8"), path)
+            self.rows = before["ends"] if before.get("key") == self.key else []
+
+    def end(self, make: Callable[[], Any]) -> Any:
+        """The next end: the next of the file, else it is made and written."""
+        if self.done == len(self.rows):
+            x, *others = vars(make()).values()
+            self.rows.append([x.tolist(), *others])
+            if self.path is not None:
+                replace_file(self.path, json.dumps({"key": self.key, "ends": self.rows}))
+        x, *others = self.rows[self.done]
+        self.done += 1
+        return self.kind(np.array(x), *others)
 
 
 def saved(search, folder: str | Path, name: str) -> Path:

@@ -30,6 +30,7 @@ from clearance.accuracy.by_differences import (
     WIDTH,
     Impossible,
     Steps,
+    method_beside,
     reason_without,
     recorded,
 )
@@ -156,8 +157,7 @@ class Point:
         if design.without:
             metrics = design.summed(self.run, recorded(self.run))
         else:
-            method = "dop853" if self.run.method.text == "dop853" else "rodas5p"
-            self.steps = Steps(around, self.run, LOOSER, method)
+            self.steps = Steps(around, self.run, LOOSER, method_beside(self.run))
             metrics = design.summed(self.run, self.steps.record)
         self.metrics = with_losses(metrics, self.scene)
         self.values = {n: m.value for n, m in self.metrics.items()}
@@ -195,7 +195,7 @@ class Point:
                 slope = self._along(varied(self.scene, name, max(at, size)))
             else:
                 free = self.design.free[k]
-                by = free.value(float(self.x[k])) if free.positive else free.size
+                by = free.slope(float(self.x[k]))
                 slope = np.array([self.slopes[n][k] for n in self.design.wanted]) / by
             squares += (slope * size) ** 2
         return dict(zip(self.design.wanted, np.sqrt(squares).tolist(), strict=True))

@@ -26,10 +26,17 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import least_squares
 
-from clearance.accuracy.by_differences import WIDTH, Impossible, Steps, reason_without, recorded
+from clearance.accuracy.by_differences import (
+    WIDTH,
+    Impossible,
+    Steps,
+    method_beside,
+    reason_without,
+    recorded,
+)
 from clearance.accuracy.fixed_steps import Refused
+from clearance.identify.estimation import least
 from clearance.identify.free import Beside, Free, Varying
 from clearance.identify.measured import Measured, parts_of
 from clearance.metrics.sensor import crossed, filtered, turned
@@ -65,6 +72,8 @@ GROWTH = 1.5  # of these parts
 ROUNDS = 3  # of weights from residuals, where several records have unknown errors
 BOTH, BESIDE = (-1, 1), (0, 1)  # places of runs that slopes are taken from, and those of a search
 SHIFT, OFFSET, GAIN, MOUNTING = NUISANCES = ("shift", "offset", "gain", "mounting")
+STILL = dict.fromkeys(NUISANCES, 0.0) | {GAIN: 1.0}  # they change nothing
+NUDGE = 1e-4  # of a nuisance for slopes, at most [s, 1, rad]
 
 
 @dataclass(frozen=True)
@@ -118,10 +127,15 @@ class _Apart:
 
 @dataclass(frozen=True)
 class _Group:
-    """Curves of one run, and their rows among the residuals."""
+    """Curves of one run.
+
+    method: of runs with steps of another; shares: ends of given steps, over the length of the run.
+    """
 
     changes: Mapping[str, object]
     curves: tuple[int, ...]
+    method: str = "auto"
+    shares: np.ndarray | None = None
 
 
 class Problem(Varying):
@@ -146,58 +160,55 @@ class Problem(Varying):
             raise ValueError("fit needs at least one parameter and one record")
         self.turn = scene.turn
         self.settle = (SETTLE if self.turn else 0.0) if settle is None else settle
-        keys = [_key(c.changes) for c in self.curves]
+        changes = [c.changes for c in self.curves]
         self.groups = [
-            _Group(dict(key), tuple(i for i, k in enumerate(keys) if k == key))
-            for key in dict.fromkeys(keys)
+            _Group(here, tuple(i for i, c in enumerate(changes) if c == here))
+            for n, here in enumerate(changes)
+            if here not in changes[:n]
         ]
         self.sigma = [c.sigma or float(np.std(c.measured.values)) or 1.0 for c in self.curves]
         self.scales = list(self.sigma)  # of the offsets
         self.nuisances: list[tuple[int, str]] = []
         self.column: dict[tuple[int, str], int] = {}  # of a curve and its nuisance, among x
         columns: dict[tuple, int] = {}
-        for pair in [(i, n) for i, c in enumerate(self.curves) for n in c.nuisances]:
-            key = (self.curves[pair[0]].sensor, MOUNTING) if pair[1] == MOUNTING else pair
+        for i, name in [(i, n) for i, c in enumerate(self.curves) for n in c.nuisances]:
+            key = self.curves[i].sensor if name == MOUNTING else (i, name)
             if key not in columns:
-                columns[key] = len(self.free) + len(self.nuisances)
-                self.nuisances.append(pair)
-            self.column[pair] = columns[key]
+                columns[key] = len(self.free) + len(columns)
+                self.nuisances.append((i, name))
+            self.column[i, name] = columns[key]
         self._last: tuple[np.ndarray, list, dict] | None = None  # a point, its runs and slopes
-        self.evaluations, self.reason = 0, ""
+        self.reason = ""
         self.remarks: list[str] = []  # about the stretch that is fitted
         self.touching = any(j.impacts for j in scene.joints)
         self.rtol, self.density = RTOL_APART if self.touching else RTOL, 1
-        self.shares: dict[tuple, np.ndarray] = {}  # ends of given steps, over the length of a run
-        self.methods: dict[tuple, str] = {}  # of groups that have runs with steps of another
         self._check()
+        self.groups = [self._checked(g) for g in self.groups]
 
     def _check(self) -> None:
-        """Raise ValueError for what cannot be fitted, before anything is."""
+        """Raise ValueError for records along an angle that nothing turns by."""
         for curve in self.curves:
             if curve.measured.along == "angle" and not self.turn:
                 raise ValueError(
                     f"{curve.label}: it runs along an angle, and no drive of the scene turns evenly"
                 )
-        middle = self.middle
-        for group in self.groups:
-            run = self.run_of(middle, group.changes)
-            if self.touching:
-                pass
-            elif reason := reason_without(run):
-                raise ValueError(f"fit: {reason}")
-            else:
-                explicit = run.method.text == "dop853"
-                self.methods[_key(group.changes)] = "dop853" if explicit else "rodas5p"
-            units = {c.path: c.units for c in run.mechanism.layout.channels}
-            for curve in (self.curves[i] for i in group.curves):
-                path = curve.channel if curve.channel in units else f"{curve.channel}_x"
-                if path not in units:
-                    checks.known("fit: the scene has no channel", curve.channel, units)
-                if MOUNTING in curve.nuisances and (across := crossed(path)[0]) not in units:
-                    raise ValueError(f"fit: mounting of {path}: the scene has no channel {across}")
-                if curve.measured.units not in ("?", units[path]):
-                    reason = f"is in {curve.measured.units}, {curve.channel} in {units[path]}"
-                    raise ValueError(f"{curve.label} {reason}")
+
+    def _checked(self, group: _Group) -> _Group:
+        """The group with its method. Raises ValueError for what cannot be fitted."""
+        run = self.run_of(self.middle, group)
+        if not self.touching and (reason := reason_without(run)):
+            raise ValueError(f"fit: {reason}")
+        units = {c.path: c.units for c in run.mechanism.layout.channels}
+        for curve in (self.curves[i] for i in group.curves):
+            path = curve.channel if curve.channel in units else f"{curve.channel}_x"
+            if path not in units:
+                checks.known("fit: the scene has no channel", curve.channel, units)
+            if MOUNTING in curve.nuisances and (across := crossed(path)[0]) not in units:
+                raise ValueError(f"fit: mounting of {path}: the scene has no channel {across}")
+            if curve.measured.units not in ("?", units[path]):
+                reason = f"is in {curve.measured.units}, {curve.channel} in {units[path]}"
+                raise ValueError(f"{curve.label} {reason}")
+        return group if self.touching else replace(group, method=method_beside(run))
 
     # --- coordinates
     @property
@@ -207,17 +218,14 @@ class Problem(Varying):
         return [*(p.name for p in self.free), *of_curves]
 
     @cached_property
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of the coordinates."""
-        ends = [*map(tuple, self.ends)]
+    def bounds(self) -> np.ndarray:
+        """Lower and upper ones of the coordinates."""
         late = self.turn or ROOM * max(c.measured.x[-1] for c in self.curves)
         early = min(self.settle, 1.0) * self.turn if self.turn else self.settle
         early = early or (ROOM * self.turn if self.turn else late)
         limits = {SHIFT: (-early, late), OFFSET: (-math.inf, math.inf), GAIN: (0.1, 10.0)}
         limits[MOUNTING] = -math.pi, math.pi
-        ends += [limits[n] for _, n in self.nuisances]
-        low, high = np.array(ends).T
-        return low, high
+        return np.array([*self.ends, *(limits[n] for _, n in self.nuisances)]).T
 
     @cached_property
     def middle(self) -> np.ndarray:
@@ -226,15 +234,14 @@ class Problem(Varying):
 
     def _still(self) -> list[float]:
         """Nuisances that change nothing."""
-        return [1.0 if n == GAIN else 0.0 for _, n in self.nuisances]
+        return [STILL[n] for _, n in self.nuisances]
 
     # --- runs
-    def run_of(self, x: np.ndarray, changes: Mapping[str, object]) -> Run:
+    def run_of(self, x: np.ndarray, group: _Group) -> Run:
         """The run of a point that has not begun."""
-        scene = self.scene_of(x, changes)
-        unit, curves = scene.turn or 1.0, [c for c in self.curves if c.changes == changes]
-        lengths, spacings = [], []
-        for curve in curves:
+        scene = self.scene_of(x, group.changes)
+        unit, lengths, spacings = scene.turn or 1.0, [], []
+        for curve in (self.curves[i] for i in group.curves):
             places = curve.measured.x / (1.0 if curve.measured.along == "angle" else unit)
             room = 1.0 if scene.turn else ROOM * places[-1]
             lengths.append(places[-1] + room * (SHIFT in curve.nuisances))
@@ -244,7 +251,7 @@ class Problem(Varying):
         samples = math.ceil((self.settle + max(lengths)) / min(spacings) - ROUNDING)
         until = samples * min(spacings) * unit
         options = {"until": until, "samples": samples + 1, "rtol": self.rtol}
-        return self.prepared(scene, method=self.methods.get(_key(changes), "auto"), **options)
+        return self.prepared(scene, method=group.method, **options)
 
     @property
     def width(self) -> float:
@@ -252,11 +259,10 @@ class Problem(Varying):
         return APART if self.touching else WIDTH
 
     def _steps(self, x: np.ndarray, group: _Group) -> Steps | _Apart:
-        run = self.run_of(x, group.changes)
+        run, beside = self.run_of(x, group), Beside(self, x, group.changes)
         if self.touching:
-            return _Apart(Beside(self, x, group.changes), run)
-        beside, shares = Beside(self, x, group.changes), self.shares.get(_key(group.changes))
-        return Steps(beside, run, self.rtol, run.method.text, first=run, shares=shares)
+            return _Apart(beside, run)
+        return Steps(beside, run, self.rtol, run.method.text, first=run, shares=group.shares)
 
     def with_runs(self, rtol: float, density: int = 1) -> "Problem":
         """The same with runs to another tolerance, and samples so many times as dense."""
@@ -269,7 +275,7 @@ class Problem(Varying):
         if self.touching:
             return self
         problem, groups = copy(self), zip(self.groups, self._at(x), strict=True)
-        problem.shares = {_key(g.changes): s.ends / s.span.until for g, s in groups}
+        problem.groups = [replace(g, shares=s.ends / s.span.until) for g, s in groups]
         return problem
 
     def loose(self) -> "Problem":
@@ -282,15 +288,9 @@ class Problem(Varying):
         if self._last is None or not np.array_equal(self._last[0], x):
             p, before = len(self.free), self._last
             same = before is not None and np.array_equal(before[0][:p], x[:p])
-            self.evaluations += not same
             steps = before[1] if same else [self._steps(x, g) for g in self.groups]
             self._last = x.copy(), steps, {}
         return self._last[1]
-
-    def _nuisance(self, x: np.ndarray, curve: int, name: str, still: float) -> float:
-        """A nuisance of a curve; `still` where it is not fitted."""
-        column = self.column.get((curve, name))
-        return still if column is None else float(x[column])
 
     def computed(
         self, record: MemoryRecord, curve: int, shift: float, angle: float = 0.0
@@ -314,14 +314,10 @@ class Problem(Varying):
 
     def modelled(self, record: MemoryRecord, curve: int, x: np.ndarray) -> np.ndarray:
         """The values that a curve would have, with its nuisances."""
-        gain, offset = self._nuisance(x, curve, GAIN, 1.0), self._nuisance(x, curve, OFFSET, 0.0)
-        return gain * self.computed(record, curve, *self._sensor(x, curve)) + (
-            offset * self.scales[curve]
-        )
-
-    def _sensor(self, x: np.ndarray, curve: int) -> tuple[float, float]:
-        """Shift [s] and mounting angle [rad] of a curve."""
-        return self._nuisance(x, curve, SHIFT, 0.0), self._nuisance(x, curve, MOUNTING, 0.0)
+        fitted = self.curves[curve].nuisances
+        sensor = STILL | {n: float(x[self.column[curve, n]]) for n in fitted}
+        values = self.computed(record, curve, sensor[SHIFT], sensor[MOUNTING])
+        return sensor[GAIN] * values + sensor[OFFSET] * self.scales[curve]
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """Modelled less measured values over sigma; nan where a run fails, which refuses a step.
@@ -421,24 +417,13 @@ class Problem(Varying):
                 for i in group.curves:
                     low, high = (self.modelled(ends[n], i, x) for n in places)
                     slopes[self.rows[i], k] = (high - low) / wide
-            for (i, name), column in self.column.items():
+            step = min(0.25 * float(np.diff(steps.record.time[:2])[0]), NUDGE)
+            for (i, _), column in self.column.items():
                 if i in group.curves:
-                    slopes[self.rows[i], column] = self._by_nuisance(steps.record, i, name, x)
+                    moves = step * np.eye(len(x))[column]
+                    low, high = (self.modelled(steps.record, i, x + m) for m in (-moves, moves))
+                    slopes[self.rows[i], column] = (high - low) / (2.0 * step)
         return slopes
-
-    def _by_nuisance(self, record: MemoryRecord, i: int, name: str, x: np.ndarray) -> np.ndarray:
-        """Slopes of modelled values by a nuisance of their curve."""
-        if name == OFFSET:
-            return np.full(len(self.curves[i].measured.values), self.scales[i])
-        shift, angle = self._sensor(x, i)
-        if name == GAIN:
-            return self.computed(record, i, shift, angle)
-        gain = self._nuisance(x, i, GAIN, 1.0)
-        if name == MOUNTING:
-            return gain * self.computed(record, i, shift, angle + 0.5 * math.pi)
-        step = 0.25 * (record.time[-1] - record.time[0]) / (len(record.time) - 1)
-        ends = [self.computed(record, i, shift + way * step, angle) for way in (1, -1)]
-        return gain * (ends[0] - ends[1]) / (2.0 * step)
 
     # --- solutions
     def shifted(self, x: np.ndarray) -> np.ndarray:
@@ -448,17 +433,13 @@ class Problem(Varying):
         x, steps = x.copy(), self._at(x)
         for group, made in zip(self.groups, steps, strict=True):
             for i in (i for i in group.curves if (i, SHIFT) in self.column):
-                at = self.column[i, SHIFT]
-                low, high = (float(end[at]) for end in self.bounds)
+                at, values = self.column[i, SHIFT], self.curves[i].measured.values
+                low, high = self.bounds[:, at]
                 if turn := made.record.turn:
-                    low, high = -min(self.settle, 0.5) * turn, (1.0 - min(self.settle, 0.5)) * turn
+                    low = -min(self.settle, 0.5) * turn
+                    high = low + turn
                 places = np.linspace(low, high, PLACES, endpoint=False)
-                values = self.curves[i].measured.values
-                values = values - values.mean()
-                costs = []
-                for shift in places:
-                    y = self.computed(made.record, i, shift)
-                    costs.append(float(np.sum((y - y.mean() - values) ** 2)))
+                costs = [np.var(self.computed(made.record, i, p) - values) for p in places]
                 x[at] = places[int(np.argmin(costs))]
         return x
 
@@ -474,57 +455,42 @@ class Problem(Varying):
         The last steps of a search go along the steps of its first run, and a linear one behind them
         brings its rounding. Where a run cannot make these, the search ends as one before.
         """
-        held, places = dict(held or {}), BESIDE if finish > LAST else BOTH
+        held, places = held or {}, BESIDE if finish > LAST else BOTH
+        begin = np.clip(x, *self.bounds)
+        begin[[*held]] = [*held.values()]
         moving = np.array([k for k in range(len(x)) if k not in held], int)
-        begin = x.copy()
-        for k, value in held.items():
-            begin[k] = value
-
-        def complete(y: np.ndarray) -> np.ndarray:
-            point = begin.copy()
-            point[moving] = y
-            return point
-
-        before = self.evaluations
-        low, high = (b[moving] for b in self.bounds)
-        inside = np.clip(begin[moving], low, high)
-        if not np.isfinite(self.residuals(complete(inside))).all():
-            return Solved(complete(inside), math.inf, self.evaluations - before, False)
-        if not moving.size:
-            return self.priced(begin)
-        search = self if finish > LAST else self.along(complete(inside))
+        start = self.priced(begin)
+        if not start.converged or not moving.size:
+            return start
+        search = self if finish > LAST else self.along(begin)
         try:
-            solution = least_squares(
-                lambda y: search.residuals(complete(y)),
-                inside,
-                lambda y: search.jacobian(complete(y), places)[:, moving],
-                (low, high),
-                x_scale="jac",
-                ftol=finish,
-                xtol=finish,
-                gtol=finish,
-                max_nfev=most,
+            solution = least(
+                search.residuals,
+                lambda y: search.jacobian(y, places),
+                begin,
+                moving,
+                self.bounds,
+                (finish, finish, most),
             )
         except Refused:
             return self.solved(x, held, FINISH, most)
         except Impossible as reason:
             self.reason = str(reason)
-            return Solved(complete(inside), math.inf, self.evaluations - before, False)
-        end = Solved(complete(solution.x), float(solution.cost), 0, solution.status > 0)
+            return Solved(begin, math.inf, False)
+        y, cost = solution.x, float(solution.cost)
         if search is not self:
-            self.evaluations = search.evaluations
-            free, y = solution.active_mask == 0, solution.x.copy()
-            y[free] += np.linalg.lstsq(solution.jac[:, free], -solution.fun, rcond=WEAK)[0]
-            end = self.priced(complete(np.clip(y, low, high)))
-            end = replace(end, converged=solution.status > 0)
-        return replace(end, evaluations=self.evaluations - before)
+            inside = solution.active_mask == 0
+            step = np.linalg.lstsq(solution.jac[:, inside], -solution.fun, rcond=WEAK)[0]
+            y[moving[inside]] += step
+            y = np.clip(y, *self.bounds)
+            cost = self.priced(y).cost
+        return Solved(y, cost, solution.status > 0)
 
     def priced(self, x: np.ndarray) -> "Solved":
-        """A point with its cost, as an end."""
-        before, errors = self.evaluations, self.residuals(x)
+        """A point with its cost, as an end; it has not converged where there is no run."""
+        errors = self.residuals(x)
         cost = 0.5 * float(errors @ errors)
-        count = self.evaluations - before
-        return Solved(x, cost if math.isfinite(cost) else math.inf, count, math.isfinite(cost))
+        return Solved(x, cost if math.isfinite(cost) else math.inf, math.isfinite(cost))
 
     def weighed(self, x: np.ndarray) -> bool:
         """Take unknown errors of curves from their residuals; True where they changed much."""
@@ -542,13 +508,9 @@ class Problem(Varying):
         if count < 2:
             return
         points = self.spread(max(LOOKED, count - 1), seed)
-        looked, part = [], self.first(next(self._shares(), 1.0))
-        for point in points:
-            x = np.append(point, self._still())
-            cost = part._look(x)
-            looked.append((cost, x))
-        looked.sort(key=lambda pair: pair[0])
-        yield from (x for _, x in looked[: count - 1])
+        part = self.first(next(self._shares(), 1.0))
+        looked = [np.append(point, self._still()) for point in points]
+        yield from sorted(looked, key=part._look)[: count - 1]
 
     def _look(self, x: np.ndarray) -> float:
         try:
@@ -568,7 +530,7 @@ class Problem(Varying):
             x = self.shifted(x)
         except (Impossible, ValueError, ArithmeticError) as reason:
             self.reason = str(reason)
-            return Solved(x, math.inf, 1, False)
+            return Solved(x, math.inf, False)
         shares = [*self._shares()]
         for k, share in enumerate(shares):
             report(k / (1 + len(shares)))
@@ -637,16 +599,10 @@ class Problem(Varying):
         return part
 
 
-def _key(changes: Mapping[str, object]) -> tuple:
-    """Of the parameters of a group."""
-    return tuple(sorted(changes.items()))
-
-
 @dataclass(frozen=True)
 class Solved:
-    """A least cost: its coordinates, half the sum of squares, evaluations, convergence."""
+    """A least cost: its coordinates, half the sum of squares, convergence."""
 
     x: np.ndarray
     cost: float
-    evaluations: int
     converged: bool

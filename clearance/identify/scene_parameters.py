@@ -1,7 +1,6 @@
 """`cl.fit`: parameters of a scene from records, with a verdict, in a folder."""
 
 import hashlib
-import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ import numpy as np
 
 from clearance.files.locks import locked
 from clearance.files.texts import listed
-from clearance.identify.free import Bounds, add_to_journal, bounded, journaled, saved
+from clearance.identify.free import Bounds, Journal, bounded, saved
 from clearance.identify.measured import Measured, read
 from clearance.identify.run_errors import refined, weighted
 from clearance.identify.scene_fit import (
@@ -113,7 +112,10 @@ class SceneFit(Celled):
             "values": judged.samples,
             "independent_values": judged.facts,
             "tests": judged.tests,
-            "minima": [{"parameters": v, "growth": g} for v, g in judged.minima],
+            "minima": [
+                {"parameters": v, "growth": g, "probability": p}
+                for (v, g), p in zip(judged.minima, judged.chances[1:], strict=True)
+            ],
             "doubts": judged.doubts,
             "records": [
                 {"file": str(c.measured.path), "column": c.measured.column, "channel": c.channel}
@@ -129,7 +131,7 @@ class SceneFit(Celled):
 
     def simulated(self, path: str | Path | None = None) -> Result:
         """The run of the fitted scene, as long as the longest record and what settles before."""
-        run = self.problem.run_of(self.best.x, self.problem.groups[0].changes)
+        run = self.problem.run_of(self.best.x, self.problem.groups[0])
         until = run.span.until
         return simulate(self.scene, until=until, samples=run.span.samples, path=path)
 
@@ -235,15 +237,13 @@ def _by_trajectories(
     Raises NotFollowed, after one start at the latest where that ends at the least cost and
     trajectories part before a record begins.
     """
-    key, report = _key(problem, seed), progress or (lambda share: None)
+    known = Journal(journal, Solved, _about(problem, seed))
+    report = progress or (lambda share: None)
     problem = problem.before_horizon(problem.middle)
-    ends = [Solved(np.array(x), *rest) for x, *rest in journaled(journal, key)[:starts]]
-    loose = problem.loose()
+    loose, ends = problem.loose(), []
     for i, x in enumerate(loose.starts(starts, seed)):
-        if i >= len(ends):
-            ends.append(loose.followed(x, lambda share, i=i: report((i + share) / starts)))
-            rows = [[e.x.tolist(), e.cost, e.evaluations, e.converged] for e in ends]
-            add_to_journal(journal, key, rows)
+        tell = partial(lambda i, share: report((i + share) / starts), i)
+        ends.append(known.end(lambda x=x, tell=tell: loose.followed(x, tell)))
         if not i and math.isfinite(ends[0].cost):
             problem.before_horizon(ends[0].x)
         report((i + 1) / starts)
@@ -259,8 +259,7 @@ def _by_trajectories(
     for end in ends:
         if id(end) not in moved:
             rival = problem is not before and end.cost <= REFUSED * first.cost
-            again = problem.solved if rival else problem.priced
-            moved[id(end)] = again(end.x)
+            moved[id(end)] = (problem.solved if rival else problem.priced)(end.x)
     ends = [moved[id(end)] for end in ends]
     judged = verdict(problem, best, ends, error)
     if problem.touching and _lost(problem, judged):
@@ -282,14 +281,14 @@ def _lost(problem: Problem, judged: Verdict) -> bool:
     return judged.tests.get("chi-square", 1.0) < LOST or max(shares, default=0.0) > FOLLOWED
 
 
-def _key(problem: Problem, seed: int) -> str:
-    """Digest of all that the ends of starts depend on."""
-    about = [VERSION, seed, problem.settle, problem.scene.to_json()]
+def _about(problem: Problem, seed: int) -> list:
+    """All that the ends of starts depend on."""
+    about = [seed, problem.settle, problem.scene.to_json()]
     about += [[p.name, p.low, p.high] for p in problem.free]
     for c in problem.curves:
         record = hashlib.sha256(c.measured.x.tobytes() + c.measured.values.tobytes()).hexdigest()
         about.append([c.channel, c.sigma, list(c.nuisances), c.lowpass, str(c.changes), record])
-    return hashlib.sha256(json.dumps(about).encode()).hexdigest()
+    return about
 
 
 def _curves(scene: Scene, data, channels, noise, nuisances, lowpass) -> list[Curve]:

@@ -138,7 +138,7 @@ def by_statistics(
         wide = np.maximum(DEVIATIONS * np.sqrt(np.diag(covariance)), SHRUNK * half)
         wide = np.minimum(wide, half)
         box = np.maximum(x - wide, low), np.minimum(x + wide, high)
-    solved = Solved(np.append(x, problem.middle[p:]), cost, made.evaluations, True)
+    solved = Solved(np.append(x, problem.middle[p:]), cost, True)
     return solved, _verdict(problem, made, solved, covariance)
 
 
@@ -149,13 +149,10 @@ def _verdict(
     count, p = made.measured.size, len(problem.free)
     sd = np.sqrt(np.diag(covariance))
     correlated = covariance / np.outer(sd, sd)
-    wide, intervals = student(count - p) * sd, []
-    for k, free in enumerate(problem.free):
-        x = float(solved.x[k])
-        ends = np.clip([x - wide[k], x + wide[k]], *problem.ends[k])
-        size = free.value(x) if free.positive else free.size
-        numbers = free.value(x), *map(free.value, ends.tolist()), float(size * sd[k])
-        intervals.append(Interval(free.name, *numbers, free.units, "statistics"))
+    x, wide = solved.x[:p], student(count - p) * sd
+    ends = np.clip([x - wide, x + wide], *problem.ends.T)
+    rows = zip(problem.free, x.tolist(), ends.T.tolist(), sd.tolist(), strict=True)
+    intervals = [Interval.of(*row, "statistics") for row in rows]
     probability = float(chdtrc(count - p, 2.0 * solved.cost))
     doubts = [
         f"no trajectory follows the records: they are fitted by {count} statistics of "

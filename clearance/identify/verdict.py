@@ -14,8 +14,9 @@ Applied Statistics 37 (1988) 87, for profiles.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +36,8 @@ WHOLE = 0.01  # of an exponent: it counts as an integer
 STRAIGHT = 0.25  # least growth of the cost over that of a parabola, or its inverse, of an interval
 CLOSE = 0.02  # of t, to which the end of a profile is looked for
 TRIES = 8  # points of one side of a profile, at most
-APART, SIGNIFICANT = 3.0, 4.0  # minima: deviations between them; growth of 2 cost over s^2
+# minima: deviations between them; growth of 2 cost over s^2 below which one has above 5 %
+APART, SIGNIFICANT = 3.0, 5.9
 LARGE = 100.0  # logarithm of a factor beyond which nothing is stated
 DOUBTFUL = 0.01  # probability of a test from which on it is stated
 EXACT = RunError()  # of runs without one
@@ -54,6 +56,14 @@ class Interval(NamedTuple):
     units: str
     kind: str
 
+    @classmethod
+    def of(
+        cls, free: Free, x: float, ends: Iterable[float], deviation: float, kind: str
+    ) -> "Interval":
+        """From a coordinate, the ends and the deviation of it."""
+        size = free.slope(x) * deviation
+        return cls(free.name, free.value(x), *map(free.value, ends), size, free.units, kind)
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -61,7 +71,8 @@ class Verdict:
 
     noise: deviation of a residual over its sigma; facts: independent values that the records are
     worth; products: of inseparable parameters; tests: probabilities by name; minima: other sets
-    of parameters, each with the growth of 2 cost over s^2.
+    of parameters, each with the growth of 2 cost over s^2; chances: probabilities of all minima by
+    their likelihoods, that of the best first.
     """
 
     names: list[str]
@@ -76,38 +87,34 @@ class Verdict:
     minima: list[tuple[dict[str, float], float]]
     doubts: list[str]
 
+    @property
+    def chances(self) -> list[float]:
+        return chances([growth for _, growth in self.minima])
+
 
 def verdict(
     problem: Problem, best: Solved, ends: Sequence[Solved], error: RunError = EXACT
 ) -> Verdict:
     """The verdict on a least cost; ends: of all starts; error: of the runs."""
     residuals, slopes = problem.residuals(best.x), problem.jacobian(best.x)
-    low, high = problem.bounds
-    width = np.where(np.isfinite(high - low), high - low, 1.0)
-    edge = np.sign((high - best.x < EDGE * width) * 1.0 - (best.x - low < EDGE * width))
-    samples = residuals.size
-    stated = problem.stated
+    samples, stated = residuals.size, problem.stated
     tau = dependence([residuals[rows] for rows in problem.rows])
     fits = stated and chi_square(problem, best, tau) > DOUBTFUL
     cost = 0.5 * problem.freedom
     covariance, _, noise = spread(slopes, cost if fits else max(best.cost, cost * stated), samples)
     more = tau * (1.0 + error.shift**2)
-    covariance *= more
-    sd = np.sqrt(np.diag(covariance))
-    correlated = covariance / np.outer(sd, sd)
-    variance = noise**2 * more
-    judge = Judge(problem, best, covariance, correlated, variance, problem.freedom, error.covers)
+    judge = Judge(problem, best, covariance * more, noise**2 * more, error.covers)
     products, hidden = judge.products(slopes)
-    intervals = [judge.interval(k, k in hidden, edge[k]) for k in range(len(problem.free))]
+    intervals = [judge.interval(k, k in hidden) for k in range(len(problem.free))]
     tests = {} if error.covers else dict(_tests(problem, best, residuals, slopes, tau, stated))
-    minima = list(_minima(problem, best, ends, sd, noise**2 * more))
+    minima = list(judge.minima(ends))
     doubts = [*problem.remarks]
     doubts += _doubts(intervals, ends, best, tau, samples, tests, minima, error)
     return Verdict(
         problem.names,
         intervals,
-        covariance,
-        correlated,
+        judge.covariance,
+        judge.correlated,
         noise,
         samples,
         samples / tau,
@@ -137,14 +144,26 @@ class Judge:
     problem: Problem
     best: Solved
     covariance: np.ndarray
-    correlated: np.ndarray
     variance: float
-    freedom: int
     rough: bool = False
 
-    @property
+    @cached_property
     def quantile(self) -> float:
-        return student(self.freedom)
+        return student(self.problem.freedom)
+
+    @cached_property
+    def sd(self) -> np.ndarray:
+        """Standard deviations of the coordinates."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @cached_property
+    def correlated(self) -> np.ndarray:
+        """Correlations of the coordinates."""
+        return self.covariance / np.outer(self.sd, self.sd)
+
+    def growth(self, end: Solved) -> float:
+        """Of 2 cost over s^2, from the least one."""
+        return 2.0 * (end.cost - self.best.cost) / self.variance
 
     def products(self, slopes: np.ndarray) -> tuple[list[str], set[int]]:
         """Products of inseparable parameters, and these."""
@@ -157,13 +176,15 @@ class Judge:
         return lines, hidden
 
     def _wide(self, k: int) -> bool:
-        """True where the linear interval of a parameter is wider than WIDE."""
-        wide = self.quantile * math.sqrt(self.covariance[k, k])
-        return _half(self.problem.free[k], float(self.best.x[k]), wide) > WIDE
+        """True where half of the linear interval of a parameter, over its value, is above WIDE."""
+        free, x, wide = self.problem.free[k], float(self.best.x[k]), self.quantile * self.sd[k]
+        if free.positive:
+            return math.expm1(min(wide, LARGE)) > WIDE
+        return free.size * wide > WIDE * abs(free.value(x))
 
     def _product(self, slopes: np.ndarray, i: int, j: int) -> str:
-        others = [k for k in range(slopes.shape[1]) if k not in (i, j)]
-        a, b = _without(slopes[:, others], slopes[:, [i, j]])
+        pair, others = slopes[:, [i, j]], np.delete(slopes, [i, j], axis=1)
+        a, b = (pair - others @ np.linalg.lstsq(others, pair, rcond=None)[0]).T
         ratio = float(a @ b) / float(a @ a)
         if abs(ratio) < 1.0:
             i, j, a, b = j, i, b, a
@@ -183,46 +204,42 @@ class Judge:
             size = f"{value:.4g} +- {self.quantile * sd:.2g} of their coordinates"
         return f"{first.name} and {second.name} cannot be told apart: they enter as {enter}, {size}"
 
-    def interval(self, k: int, hidden: bool, edge: float) -> Interval:
-        """The interval of a parameter; edge: -1 at its lower bound, 1 at its upper one, else 0."""
-        free, x = self.problem.free[k], float(self.best.x[k])
-        value, sd = free.value(x), math.sqrt(self.covariance[k, k])
-        deviation = value * sd if free.positive else free.size * sd
-        about = free.name, value
+    def interval(self, k: int, hidden: bool) -> Interval:
+        """The interval of a parameter."""
+        free, x, sd = self.problem.free[k], float(self.best.x[k]), float(self.sd[k])
         if hidden:
-            return Interval(*about, math.nan, math.nan, math.nan, free.units, "inseparable")
+            return Interval.of(free, x, (math.nan, math.nan), math.nan, "inseparable")
+        low, high = self.problem.bounds[:, k]
+        edge = EDGE * (high - low)
         ends, kind = (x - self.quantile * sd, x + self.quantile * sd), "linear"
         others = np.delete(np.abs(self.correlated[k, : len(self.problem.free)]), k)
-        if edge:
-            inner = self.end(k, -int(edge), sd)
-            ends, kind = (x, inner) if edge < 0 else (inner, x), "at its bound"
-        elif not self.rough and (
-            self._wide(k) or (others > CORRELATED).any() or not self.straight(k)
-        ):
-            ends, kind = (self.end(k, -1, sd), self.end(k, 1, sd)), "profile"
+        if x - low < edge:
+            ends, kind = (x, self.end(k, 1)), "at its bound"
+        elif high - x < edge:
+            ends, kind = (self.end(k, -1), x), "at its bound"
         elif self.rough:
-            ends = np.clip(ends, *(b[k] for b in self.problem.bounds)).tolist()
-        return Interval(*about, *map(free.value, ends), deviation, free.units, kind)
+            ends = np.clip(ends, low, high).tolist()
+        elif self._wide(k) or (others > CORRELATED).any() or not self.straight(k):
+            ends, kind = (self.end(k, -1), self.end(k, 1)), "profile"
+        return Interval.of(free, x, ends, sd, kind)
 
     def straight(self, k: int) -> bool:
         """True where the cost grows as the slopes have it, at both ends of a linear interval."""
-        step = self.quantile * self.covariance[:, k] / math.sqrt(self.covariance[k, k])
+        step = self.quantile * self.covariance[:, k] / self.sd[k]
         ends = (np.clip(self.best.x + way * step, *self.problem.bounds) for way in (-1.0, 1.0))
-        growths = (
-            2.0 * (self.problem.priced(e).cost - self.best.cost) / self.variance for e in ends
-        )
+        growths = (self.growth(self.problem.priced(e)) for e in ends)
         return all(STRAIGHT < g / self.quantile**2 < 1.0 / STRAIGHT for g in growths)
 
-    def end(self, k: int, way: int, sd: float) -> float:
+    def end(self, k: int, way: int) -> float:
         """End of the profile's interval of a coordinate; its bound where it does not end before."""
-        limit = float(self.problem.bounds[way > 0][k])
+        limit = float(self.problem.bounds[int(way > 0), k])
         x, begin = float(self.best.x[k]), self.best.x
-        inside, beyond, at = 0.0, math.inf, self.quantile * sd
+        inside, beyond, at = 0.0, math.inf, self.quantile * float(self.sd[k])
         reached = 0.0
         for _ in range(TRIES):
             at = min(at, abs(limit - x))
             solved = self.problem.solved(begin, {k: x + way * at}, most=MOST_LEADING)
-            reached = math.sqrt(max(2.0 * (solved.cost - self.best.cost) / self.variance, 0.0))
+            reached = math.sqrt(max(self.growth(solved), 0.0))
             if abs(reached - self.quantile) < CLOSE * self.quantile:
                 break
             if reached < self.quantile:
@@ -237,19 +254,21 @@ class Judge:
                 at = 0.5 * (inside + beyond)
         return x + way * at
 
+    def minima(self, ends: Sequence[Solved]) -> Iterator[tuple[dict[str, float], float]]:
+        """Other minima that the records do not refuse, each with the growth of its cost."""
+        seen, count = [self.best.x], len(self.problem.free)
+        wide = np.maximum(APART * self.sd[:count], 0.01)
+        for end in sorted(ends, key=lambda e: e.cost):
+            near = any((np.abs((end.x - x)[:count]) <= wide).all() for x in seen)
+            if end.converged and self.growth(end) < SIGNIFICANT and not near:
+                seen.append(end.x)
+                yield self.problem.values(end.x), self.growth(end)
 
-def _half(free: Free, x: float, wide: float) -> float:
-    """Half of an interval over its value."""
-    if free.positive:
-        return math.expm1(min(wide, LARGE))
-    return free.size * wide / max(abs(free.value(x)), 1e-300)
 
-
-def _without(columns: np.ndarray, pair: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two columns without their parts along other columns."""
-    if columns.shape[1]:
-        pair = pair - columns @ np.linalg.lstsq(columns, pair, rcond=None)[0]
-    return pair[:, 0], pair[:, 1]
+def chances(growths: Sequence[float]) -> list[float]:
+    """Probabilities of minima with these growths of 2 cost over s^2, that of the least first."""
+    ratios = np.exp(-0.5 * np.array([0.0, *growths]))
+    return (ratios / ratios.sum()).tolist()
 
 
 def _tests(
@@ -312,20 +331,6 @@ def runs_test(residuals: np.ndarray) -> float:
     return float(ndtr((runs - mean) / math.sqrt(variance)))
 
 
-def _minima(
-    problem: Problem, best: Solved, ends: Sequence[Solved], sd: np.ndarray, variance: float
-) -> Iterator[tuple[dict[str, float], float]]:
-    """Other minima that the records do not refuse."""
-    seen, count = [best.x], len(problem.free)
-    for end in sorted(ends, key=lambda e: e.cost):
-        growth = 2.0 * (end.cost - best.cost) / variance
-        apart = [np.abs((end.x - x)[:count]) for x in seen]
-        near = any((d <= np.maximum(APART * sd[:count], 0.01)).all() for d in apart)
-        if end.converged and growth < SIGNIFICANT and not near:
-            seen.append(end.x)
-            yield problem.values(end.x), growth
-
-
 def _doubts(
     intervals: Sequence[Interval],
     ends: Sequence[Solved],
@@ -360,11 +365,12 @@ def _doubts(
             "the intervals are for residuals as large as these; more starts may lead to a better "
             "minimum"
         )
-    for values, growth in minima:
+    _, *others = chances([growth for _, growth in minima])
+    for (values, _), chance in zip(minima, others, strict=True):
         text = ", ".join(f"{n} = {v:.4g}" for n, v in values.items())
         yield (
-            f"another minimum is as likely within 2 deviations ({growth:.2g}): {text}; intervals "
-            "are those of the minimum above"
+            f"another minimum has a probability of {chance:.0%} beside that above, whose intervals "
+            f"do not contain it: {text}"
         )
     failed = sum(not math.isfinite(e.cost) for e in ends)
     if failed:

@@ -228,7 +228,9 @@ def test_two_minima_are_both_named():
     # within six deviations of the two; their costs are those of one another's aliases
     assert pair == pytest.approx([4.0, (2.0 * math.pi - 2.0) ** 2], rel=0.1)
     assert growth < 4.0
-    assert any("another minimum is as likely" in d for d in actual.verdict.doubts)
+    assert actual.verdict.chances[1] == pytest.approx(1.0 / (1.0 + math.exp(0.5 * growth)))
+    chance = f"another minimum has a probability of {actual.verdict.chances[1]:.0%}"
+    assert any(chance in d for d in actual.verdict.doubts)
 
 
 def test_nuisances_of_a_sensor():
@@ -680,6 +682,7 @@ def test_an_interrupt_has_one_line(monkeypatch, capsys):
 class Bent:
     """A problem of two parameters whose cost is a parabola, but for a share that bends it."""
 
+    freedom = 1000
     bounds = np.full(2, -np.inf), np.full(2, np.inf)
 
     def __init__(self, share: float):
@@ -688,14 +691,14 @@ class Bent:
     def priced(self, x: np.ndarray) -> Solved:
         """Cost of a parabola, and of one that turns down beyond half of the interval."""
         square = float(x @ x)
-        return Solved(x, 0.5 * square * (1.0 - self.share * min(square, 1.0)), 1, True)
+        return Solved(x, 0.5 * square * (1.0 - self.share * min(square, 1.0)), True)
 
 
 def test_a_linear_interval_needs_a_parabola():
     """The cost at the ends of a linear interval decides whether slopes alone may state it."""
-    best, one = Solved(np.zeros(2), 0.0, 1, True), np.eye(2)
+    best, one = Solved(np.zeros(2), 0.0, True), np.eye(2)
     for share, straight in ((0.0, True), (0.5, True), (0.9, False), (-9.0, False)):
-        judge = Judge(Bent(share), best, one, one, 1.0, 1000)
+        judge = Judge(Bent(share), best, one, 1.0)
         assert judge.straight(0) is straight
 
 
