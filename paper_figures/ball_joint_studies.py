@@ -283,7 +283,7 @@ def stability_bound(model: models.Model, values, inertia: float) -> float:
     """
     if isinstance(model, models.Curve):
         first = model.knots[0]
-        torque = (model.hats(np.array([[0.0, 0.0, first]])) @ model.array(values))[0, 2]
+        torque = model.step(values, model.start(), np.array([0.0, 0.0, first]), 0.0)[2]
         return 2.0 * inertia * first / float(torque) if torque > 0.0 else 0.0
     if not isinstance(model, models.LuGre) or model.static:
         return math.nan

@@ -4,13 +4,14 @@ Nonlinear least squares (trust region, bounds, static torque not below the kinet
 the logarithms of the parameters, from exact slopes. Axes that no trial couples are fitted
 each for itself; starts are compared on a part of the samples, the best are followed on all. After
 each pass over the samples the residuals r and slopes J are reduced to a triangle. It has the same
-J^T J, J^T r and r^T r. The steps of scipy are therefore those with all rows, at no cost.
+J^T J, J^T r and r^T r. The steps of scipy are therefore those with all rows, at no cost. A model
+that is linear in its parameters takes one linear step.
 Functions of one's own have central differences in place of exact slopes: any that changes smoothly
 with its parameters can be fitted, as a simulation does up to its error. Where a function cannot be
-computed on the way, that step is refused and a shorter one tried. Characteristic curve: linear
-least squares.
+computed on the way, that step is refused and a shorter one tried.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,7 +21,7 @@ import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
 from clearance.identify.measured import parts_of
-from clearance.identify.models import Curve, LuGre, Model
+from clearance.identify.models import LuGre, Model
 from clearance.identify.own import FunctionError
 from clearance.identify.trials import Trial
 from clearance.metrics.statistics import student
@@ -32,6 +33,7 @@ FINISH_FUNCTION, MOST_FUNCTION = 1e-8, 60  # that of functions, and their steps
 # differences made larger; relative change of slopes by that from which they are reduced
 COARSER, UNSMOOTH = 3.0, 0.2
 FLAT = 1e-12  # gradient of the cost at which it ends
+EXACT = 1e-14  # of the cost of a linear model
 FAILS = ValueError, ArithmeticError, RuntimeError  # of a function: that point is refused
 MOST_LOOKS, MOST = 25, 300  # passes over the samples of a start, and of the finish
 # samples of a trial that starts are judged by, at least; one in so many of them, at most
@@ -40,9 +42,6 @@ FOLLOWED = 3  # starts that are followed on all samples
 # starts agree within this NRMSE; reduced where fewer than this share of them do
 NEAR, ENOUGH = 0.005, 0.2
 HUGE = 1e100  # N m, whose square is a number
-# weight of neighbouring knots being equal, over that of all samples: what holds knots without
-# samples
-LEVEL = 1e-9
 MOST_STARTS = 10_000
 STARTS = 20  # of a nonlinear fit, where the call gives no other
 # of singular values of slopes whose columns have the norm 1, after their products were taken
@@ -190,13 +189,9 @@ class Search:
 
     def __init__(self, model: Model):
         parameters, names = model.parameters, [p.name for p in model.parameters]
-        self.log = np.array([p.low > 0.0 for p in parameters])
-        self.low, self.high, self.typical = (
-            np.array(
-                [math.log(v) if p.low > 0.0 else v for p in parameters for v in [getattr(p, which)]]
-            )
-            for which in ("low", "high", "typical")
-        )
+        self.log = np.array([p.low > 0.0 and not model.linear for p in parameters])
+        ends = np.array([(p.low, p.high, p.typical) for p in parameters]).T
+        self.low, self.high, self.typical = np.log(ends, where=self.log, out=ends)
         kinetic = [n for n in names if n.endswith("_kinetic")] if isinstance(model, LuGre) else []
         self.pairs = [
             (names.index(n), names.index(n.replace("_kinetic", "_static"))) for n in kinetic
@@ -300,13 +295,9 @@ class Passes:
         return compressed
 
     def cost(self, x: np.ndarray) -> float:
-        """Half the sum of squares at natural coordinates, without slopes."""
-        values, squares = self.search.values(x), 0.0
-        for trial, axes in zip(self.trials, self.axes, strict=True):
-            squares += float(
-                np.sum((self.model.torque(values, trial) - trial.torque)[:, axes] ** 2)
-            )
-        return 0.5 * (squares + float(np.sum((self.smooth @ np.append(x, 1.0)) ** 2)))
+        """Half the sum of squares at natural coordinates."""
+        errors = self.errors(x)
+        return 0.5 * float(errors @ errors) if np.isfinite(errors).all() else math.inf
 
     def cost_of_samples(self, x: np.ndarray) -> float:
         """Half the sum of squares of the samples alone."""
@@ -340,6 +331,14 @@ class Passes:
             self.tell(history[-1])
             return search.chained(self.jacobian(x), y)
 
+        if self.model.linear:
+            slopes, rest = self.jacobian(begin)[:, free], self.errors(begin)
+            wanted = slopes @ begin[free] - rest
+            solution = lsq_linear(slopes, wanted, search.bounds[:, free], method="bvls", tol=EXACT)
+            end = begin.copy()
+            end[free] = solution.x
+            cost = self.cost(end)
+            return Solved(end, cost, [cost], 1, solution.success)
         if not np.isfinite(self.errors(search.natural(begin))).all():
             return Solved(begin, math.inf, [math.inf], self.evaluations - before, True)
         solution = least(
@@ -398,12 +397,7 @@ class Differences(Passes):
             self.last = x.copy(), errors
         return self.last[1]
 
-    def cost(self, x: np.ndarray) -> float:
-        """Half the sum of squares at natural coordinates."""
-        errors = self.errors(x)
-        return 0.5 * float(errors @ errors) if np.isfinite(errors).all() else math.inf
-
-    cost_of_samples = cost
+    cost_of_samples = Passes.cost
 
     def jacobian(self, x: np.ndarray, coarser: float = 1.0) -> np.ndarray:
         """Central differences within the bounds, so on one side at a bound."""
@@ -447,46 +441,32 @@ class Differences(Passes):
         ]
 
 
-def lagged(passes: Passes, x: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """Time [s] by which the measured torque comes after its rate, its error, changes (p,) of
-    values.
+def _delay(passes: Passes, x: np.ndarray, names: Sequence[str]) -> dict:
+    """Time [s] by which the measured torque comes after its rate and its error, as facts of a fit,
+    with the parameter that it moves most.
 
-    Beside the parameters and to first order. It is a least-squares fit of the errors at natural
-    coordinates x on the slopes by the parameters and on the rate of change of the torque.
+    Beside the parameters and to first order: a least-squares fit of the errors at natural
+    coordinates x on the slopes by the parameters and on the rate of change of the torque [1/s].
     """
     slopes, torque, parts = passes.of_samples(x)
     rises = [
         np.gradient(torque[rows].reshape(t.samples, -1), t.step, axis=0).ravel()
         for t, rows in zip(passes.trials, parts, strict=True)
     ]
-    return shifted(slopes, np.concatenate(rises), passes.measured - torque)
-
-
-def shifted(
-    slopes: np.ndarray, rises: np.ndarray, errors: np.ndarray
-) -> tuple[float, float, np.ndarray]:
-    """Time [s] by which measured values come late, its error, and changes (p,) of the parameters
-    with it.
-
-    Least squares of the errors (m,), measured less modelled, on slopes (m, p) and rates of change
-    (m,) [1/s].
-    """
-    samples = errors.size
-    reduced = triangle(np.column_stack([slopes, -rises]), errors)
-    columns, errors = reduced[:, :-1], reduced[:, -1]
+    late = np.column_stack([slopes, -np.concatenate(rises)])
+    *columns, errors = triangle(late, passes.measured - torque).T
+    columns = np.array(columns).T
     sizes = np.linalg.norm(columns, axis=0)
     sizes[sizes == 0.0] = 1.0
-    step, *_ = np.linalg.lstsq(columns / sizes, errors, ROUNDING)
-    residuals = errors - columns @ (step / sizes)
-    covariance, *_ = spread(columns, 0.5 * float(residuals @ residuals), samples)
-    return float(step[-1] / sizes[-1]), math.sqrt(covariance[-1, -1]), step[:-1] / sizes[:-1]
-
-
-def _delay(passes: Passes, x: np.ndarray, values: np.ndarray, names: Sequence[str]) -> dict:
-    """A lag [s] and its error as facts of a fit, with the parameter that it moves most."""
-    lag, error, moves = lagged(passes, x)
-    most = int(np.argmax(abs(moves) / np.maximum(abs(values), TINY)))
-    return {"lag": lag, "lag_error": error, "lag_moves": names[most]}
+    step = np.linalg.lstsq(columns / sizes, errors, ROUNDING)[0] / sizes
+    residuals = errors - columns @ step
+    covariance, *_ = spread(columns, 0.5 * float(residuals @ residuals), torque.size)
+    values = np.maximum(abs(passes.search.values(x)), TINY)
+    return {
+        "lag": float(step[-1]),
+        "lag_error": math.sqrt(covariance[-1, -1]),
+        "lag_moves": names[int(np.argmax(abs(step[:-1]) / values))],
+    }
 
 
 class Solved(NamedTuple):
@@ -497,6 +477,11 @@ class Solved(NamedTuple):
     history: list[float]
     evaluations: int
     converged: bool
+
+    def then(self, further: "Solved") -> "Solved":
+        """The end of a search that went on from this one."""
+        history = self.history + further.history
+        return further._replace(history=history, evaluations=self.evaluations + further.evaluations)
 
 
 @dataclass(frozen=True, eq=False)
@@ -551,19 +536,22 @@ def _by_trial(units: list) -> tuple[list, list[np.ndarray]]:
     return trials, [np.array([a for t, a in units if t is trial]) for trial in trials]
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """Result of the fit of a part: its end, the cost's history, costs, passes and points of all
-    starts; size: norm of the measured torques.
-    """
+class Found(NamedTuple):
+    """Ends of all starts of a part, and the norm of its measured torques."""
 
-    end: Solved
-    history: list[float]
-    costs: np.ndarray
-    passes: np.ndarray
-    points: list[np.ndarray]
-    evaluations: int
+    ends: list[Solved]
     size: float
+
+    @property
+    def end(self) -> Solved:
+        """The best of them."""
+        return min(self.ends, key=lambda e: e.cost)
+
+    @property
+    def agreeing(self) -> int:
+        """Number of starts that came near the least cost."""
+        errors = np.sqrt(2.0 * np.array([e.cost for e in self.ends])) / self.size
+        return int(np.sum(errors <= errors.min() + NEAR))
 
 
 def _solve(
@@ -577,36 +565,28 @@ def _solve(
     """The best of several starts: all on few samples, the best of those on all, and the best one to
     the end.
     """
-    looks = all_passes = part.passes(model, search, report)
+    looks = passes = part.passes(model, search, report)
     if len(begins) > 1 and model.exact:
         looks = Passes(model, search, [_thinned(t) for t in part.trials], part.axes)
-    looked = []
+    scale = (np.linalg.norm(passes.measured) / (np.linalg.norm(looks.measured) or 1.0)) ** 2
+    ends = []
     for begin in begins:
-        looked.append(looks.solved(begin, part.free, looks.look, looks.most_looks))
+        end = looks.solved(begin, part.free, looks.look, looks.most_looks)
+        if looks is not passes:
+            history = [scale * cost for cost in end.history]
+            end = end._replace(cost=passes.cost(search.natural(end.point)), history=history)
+        ends.append(end)
         tell()
-    passes, points = np.array([s.evaluations for s in looked]), [s.point for s in looked]
-    costs = np.array([all_passes.cost(search.natural(y)) for y in points])
-    scale = (np.linalg.norm(all_passes.measured) / (np.linalg.norm(looks.measured) or 1.0)) ** 2
-    histories = [[scale * cost for cost in s.history] for s in looked]
-    for n in np.argsort(costs, kind="stable")[:FOLLOWED] if looks is not all_passes else ():
-        further = all_passes.solved(points[n], part.free, LOOK, MOST_LOOKS)
-        points[n], costs[n] = further.point, further.cost
-        histories[n] += further.history
-        passes[n] += further.evaluations
-    best = int(np.argmin(costs))
-    end = looked[best]
+
+    def follow(n: int, change: float, most: int) -> None:
+        ends[n] = ends[n].then(passes.solved(ends[n].point, part.free, change, most))
+
+    ranked = np.argsort([e.cost for e in ends], kind="stable")
+    for n in ranked[:FOLLOWED] if looks is not passes else ():
+        follow(n, LOOK, MOST_LOOKS)
     if model.exact:
-        end = all_passes.solved(points[best], part.free, all_passes.finish, all_passes.most)
-    history = [*histories[best], *(end.history[1:] if model.exact else ())]
-    return Found(
-        end,
-        history,
-        costs,
-        passes,
-        points,
-        int(passes.sum()) + end.evaluations * model.exact,
-        float(np.linalg.norm(all_passes.measured)) or 1.0,
-    )
+        follow(int(np.argmin([e.cost for e in ends])), passes.finish, passes.most)
+    return Found(ends, float(np.linalg.norm(passes.measured)) or 1.0)
 
 
 def estimate(
@@ -617,78 +597,61 @@ def estimate(
     Raises ValueError where a function fails at the first start.
     """
     search, random = Search(model), np.random.default_rng(seed)
+    starts = 1 if model.linear else starts
     typical = search.searched(search.typical)
     begins = [typical, *(random.uniform(*search.bounds) for _ in range(starts - 1))]
-    for k in model.centred:
-        for begin in begins:
-            begin[k] = typical[k]
+    for begin in begins:
+        begin[model.centred] = typical[model.centred]
     axes = [axes_of(t) for t in trials] if model.exact else []
     complete = Part(np.full(typical.size, True), list(trials), axes)
     passes = complete.passes(model, search, progress)
     _check_start(model, passes)
-    split, reports = parts(model, search, trials), []
+    split, done = parts(model, search, trials), itertools.count(1)
 
     def tell():
-        reports.append(None)
-        progress(len(reports) / (len(split) * (starts + 1)))
+        progress(next(done) / (len(split) * (starts + 1)))
 
     solutions, points, end = [], np.tile(typical, (starts, 1)), typical.copy()
     for part in split:
-        solutions.append(
-            _solve(
-                model,
-                search,
-                part,
-                [np.where(part.free, b, typical) for b in begins],
-                tell,
-                progress,
-            )
-        )
+        of_part = [np.where(part.free, b, typical) for b in begins]
+        solutions.append(_solve(model, search, part, of_part, tell, progress))
         end[part.free] = solutions[-1].end.point[part.free]
-        points[:, part.free] = np.array(solutions[-1].points)[:, part.free]
+        points[:, part.free] = np.array([e.point for e in solutions[-1].ends])[:, part.free]
         tell()
     x = search.natural(end)
     values, sizes, cost = search.values(x), passes.seen(x), passes.cost_of_samples(x)
     covariance, wide, noise = spread(passes.jacobian(x), cost, passes.measured.size)
-    slopes = search.slopes(x)
-    names = [q.name for q in model.parameters]
+    ends = (search.values(np.clip(e, search.low, search.high)) for e in (x - wide, x + wide))
+    slopes, names = search.slopes(x), [q.name for q in model.parameters]
     still = still_axes(model, names, sizes)
     doubts = bound_doubts(model, values, sizes, still) + _start_doubts(solutions, passes.most)
-    doubts = *doubts, *passes.doubts(x)
-    no_lag = model.lag or getattr(model, "predicts", None)
-    delay = {} if no_lag else _delay(passes, x, values, names)
-    longest = max(len(f.history) for f in solutions)
-    history = sum(
-        np.array(f.history + [f.history[-1]] * (longest - len(f.history))) for f in solutions
-    )
+    no_lag = model.lag or model.linear or getattr(model, "predicts", None)
+    histories = [f.end.history for f in solutions]
+    longest = max(map(len, histories))
     blind = passes.cost(x) - sum(f.end.cost for f in solutions)  # of axes that no parameter moves
+    table = {
+        "cost": sum(np.array([e.cost for e in f.ends]) for f in solutions) + blind,
+        "evaluations": sum(np.array([e.evaluations for e in f.ends]) for f in solutions),
+        "values": np.array([search.values(search.natural(y)) for y in points]),
+    }
+    facts = {
+        "noise": noise,
+        "evaluations": int(table["evaluations"].sum()),
+        "agreeing": min(f.agreeing for f in solutions),
+        "converged": all(f.end.converged for f in solutions),
+        "still": still,
+        **({} if model.exact else {"refused": passes.refused}),
+        **({} if no_lag else _delay(passes, x, names)),
+    }
     return Estimate(
         values,
-        *(search.values(np.clip(e, search.low, search.high)) for e in (x - wide, x + wide)),
+        *ends,
         covariance * np.outer(slopes, slopes),
-        history + blind,
-        {
-            "cost": sum(f.costs for f in solutions) + blind,
-            "evaluations": sum(f.passes for f in solutions),
-            "values": np.array([search.values(search.natural(y)) for y in points]),
-        },
-        {
-            "noise": noise,
-            "evaluations": sum(f.evaluations for f in solutions),
-            "agreeing": min(map(agreeing, solutions)),
-            "converged": all(f.end.converged for f in solutions),
-            "still": still,
-            **({} if model.exact else {"refused": passes.refused}),
-            **delay,
-        },
-        doubts,
+        sum(np.pad(h, (0, longest - len(h)), "edge") for h in histories) + blind,
+        table,
+        facts,
+        (*doubts, *passes.doubts(x)),
     )
-
-
-def agreeing(solutions: Found) -> int:
-    """Number of starts that came near the least cost."""
-    errors = np.sqrt(2.0 * np.append(solutions.costs, solutions.end.cost)) / solutions.size
-    return int(np.sum(errors[:-1] <= errors[-1] + NEAR))
 
 
 def _check_start(model: Model, passes: Passes) -> None:
@@ -708,8 +671,8 @@ def _check_start(model: Model, passes: Passes) -> None:
 
 def _start_doubts(solutions: Sequence[Found], most: int) -> tuple[str, ...]:
     doubts = []
-    starts = len(solutions[0].costs)
-    fewest = min(map(agreeing, solutions))
+    starts = len(solutions[0].ends)
+    fewest = min(f.agreeing for f in solutions)
     if starts >= 5 and fewest < ENOUGH * starts:
         doubts.append(
             f"only {fewest} of {starts} starts came within an NRMSE of {NEAR:g} of the best one: a "
@@ -719,33 +682,3 @@ def _start_doubts(solutions: Sequence[Found], most: int) -> tuple[str, ...]:
     if not all(f.end.converged for f in solutions):
         doubts.append(f"the fit was still improving after {most} passes over the samples")
     return tuple(doubts)
-
-
-# --- characteristic curve
-def estimate_curve(
-    model: Curve, trials: Sequence, *, starts: int, seed: int, progress: Callable
-) -> Estimate:
-    p = len(model.parameters)
-    slopes = np.concatenate([model.hats(t.rate)[:, axes_of(t)].reshape(-1, p) for t in trials])
-    measured = np.concatenate([t.torque[:, axes_of(t)].ravel() for t in trials])
-    reduced = triangle(slopes, measured)
-    count = len(model.knots)
-    level = np.array(
-        [[(c == k + 1) - (c == k) for c in range(p)] for k in range(p - 1) if (k + 1) % count],
-        float,
-    )
-    held = np.vstack([reduced[:, :-1], level.reshape(-1, p) * math.sqrt(LEVEL * measured.size)])
-    wanted = np.concatenate([reduced[:, -1], np.zeros(len(level))])
-    bounds = [q.low for q in model.parameters], [q.high for q in model.parameters]
-    result = lsq_linear(held, wanted, bounds, method="bvls", tol=1e-14)
-    progress(1.0)
-    values = result.x
-    cost = 0.5 * float(np.sum((slopes @ values - measured) ** 2))
-    covariance, wide, noise = spread(held, cost, measured.size)
-    table = {"cost": np.array([cost]), "evaluations": np.array([1]), "values": values[None]}
-    sizes = np.linalg.norm(reduced[:, :-1], axis=0)
-    still = still_axes(model, [q.name for q in model.parameters], sizes)
-    doubts = bound_doubts(model, values, sizes, still)
-    facts = {"noise": noise, "evaluations": 1, "converged": bool(result.success), "still": still}
-    ends = (np.clip(x, *bounds) for x in (values - wide, values + wide))
-    return Estimate(values, *ends, covariance, np.array([cost]), table, facts, doubts)

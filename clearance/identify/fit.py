@@ -10,13 +10,14 @@ import math
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from clearance.identify import doubts, estimation, models
 from clearance.identify.estimation import MOST_STARTS, STARTS, in_group
-from clearance.identify.models import Curve, LuGre, Model
+from clearance.identify.models import LuGre, Model
 from clearance.identify.own import Own
 from clearance.identify.records import Series
 from clearance.results.reading import Entries, open_checked
@@ -279,12 +280,7 @@ def fit(
         _check(trial)
     began = time.perf_counter()
     how = {"starts": starts, "seed": seed, "progress": progress or (lambda share: None)}
-    if isinstance(model, Curve):
-        estimate = estimation.estimate_curve(model, trials, **how)
-    elif hasattr(model, "estimate"):
-        estimate = model.estimate(trials, **how)
-    else:
-        estimate = estimation.estimate(model, trials, **how)
+    estimate = getattr(model, "estimate", partial(estimation.estimate, model))(trials, **how)
     took = time.perf_counter() - began
     names = [p.name for p in model.parameters]
     values, low, high = (

@@ -64,33 +64,19 @@ class Layout(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def sigmoid(x):
-    return 0.5 + 0.5 * math.tanh(0.5 * x)
+    return 0.5 + 0.5 * np.tanh(0.5 * x)
 
 
 @njit(cache=True, error_model="numpy")
 def advance(layout, weights, state, rate):
     """One interval of constant rate (3,): moves h and c in `state` and the torque that it holds."""
-    hidden = layout.hidden
-    wide, first = GATES * hidden, state[UNITS : UNITS + hidden]
-    gates = np.empty(wide)
-    at = (3 + hidden) * wide
-    for j in range(wide):
-        gates[j] = weights[at + j]
-    for k in range(3 + hidden):
-        value = math.asinh(rate[k] / layout.softness) if k < 3 else first[k - 3]
-        for j in range(wide):
-            gates[j] += value * weights[k * wide + j]
-    for n in range(hidden):
-        memory = sigmoid(gates[n + hidden]) * state[UNITS + hidden + n]
-        cell = memory + sigmoid(gates[n]) * math.tanh(gates[n + 2 * hidden])
-        state[UNITS + hidden + n] = cell
-        state[UNITS + n] = sigmoid(gates[n + 3 * hidden]) * math.tanh(cell)
-    at += wide
-    for axis in range(3):
-        held = weights[at + 3 * hidden + axis]
-        for n in range(hidden):
-            held += weights[at + axis * hidden + n] * state[UNITS + n]
-        state[HELD + axis] = held
+    n, h, c = layout.hidden, state[UNITS : UNITS + layout.hidden], state[UNITS + layout.hidden :]
+    seen = np.concatenate((np.arcsinh(rate / layout.softness), h, np.ones(1)))
+    count = seen.size * GATES * n
+    gates = seen @ weights[:count].reshape(seen.size, GATES * n)
+    c[:] = sigmoid(gates[n : 2 * n]) * c + sigmoid(gates[:n]) * np.tanh(gates[2 * n : 3 * n])
+    h[:] = sigmoid(gates[3 * n :]) * np.tanh(c)
+    state[HELD:UNITS] = weights[count:-3].reshape(3, n) @ h + weights[-3:]
 
 
 @njit(cache=True, error_model="numpy")
@@ -98,19 +84,15 @@ def step(layout, weights, state, rate, dt, torque):
     """One step [s] of constant rate (3,): moves the state, writes the torque (3,) [N m] that the
     last interval gave.
     """
-    remaining, mean = dt, np.empty(3)
+    remaining, turned = dt, state[TURNED:HELD]
     while state[SINCE] + remaining >= layout.interval * (1.0 - 1e-9):
         part = layout.interval - state[SINCE]
-        for axis in range(3):
-            mean[axis] = (state[TURNED + axis] + rate[axis] * part) / layout.interval
-            state[TURNED + axis] = 0.0
-        advance(layout, weights, state, mean)
-        state[SINCE] = 0.0
+        advance(layout, weights, state, (turned + rate * part) / layout.interval)
+        turned[:], state[SINCE] = 0.0, 0.0
         remaining = max(remaining - part, 0.0)
     state[SINCE] += remaining
-    for axis in range(3):
-        state[TURNED + axis] += rate[axis] * remaining
-        torque[axis] = state[HELD + axis]
+    turned += rate * remaining
+    torque[:] = state[HELD:UNITS]
 
 
 @njit(cache=True, error_model="numpy")
@@ -118,11 +100,8 @@ def torques(layout, weights, rate, dt, state, torque):
     """Torque (n, 3) [N m] at samples of the rate (n, 3), a step apart, between which it sees their
     mean.
     """
-    mean = np.empty(3)
-    for n in range(1, rate.shape[0]):
-        for axis in range(3):
-            mean[axis] = 0.5 * (rate[n - 1, axis] + rate[n, axis])
-        step(layout, weights, state, mean, dt, torque[n])
+    for n in range(1, len(rate)):
+        step(layout, weights, state, 0.5 * (rate[n - 1] + rate[n]), dt, torque[n])
 
 
 @dataclass(frozen=True)
@@ -250,11 +229,8 @@ class LSTM(Model):
             "squares": squares,
             "precision": "float32",
         }
-        values, none, history = (
-            _exported(windows, trained),
-            np.empty(0),
-            0.5 * np.array(trained.losses) * squares,
-        )
+        values, none = _exported(windows, trained.network), np.empty(0)
+        history = 0.5 * squares * np.array(trained.losses)
         table = {
             "cost": history[[best]],
             "evaluations": np.array([len(history)]),
@@ -331,18 +307,13 @@ def _pieces(model: LSTM, rate: np.ndarray, torque: np.ndarray, measured):
         yield rate[taken], torque[taken], there, counts, first - model.lead - 1
 
 
-@dataclass(frozen=True, eq=False)
-class Trained:
-    """Weights of the best epoch, of inputs, units and read-out. Mean squares over that of the
-    torque by epoch, of the windows trained on, and before it of the `held` others. Last comes the
-    number of torques that count in the former.
+class Trained(NamedTuple):
+    """Network of the best epoch. Mean squares over that of the torque by epoch, of the windows
+    trained on, and before it of the `held` others. Last comes the number of torques that count in
+    the former.
     """
 
-    by_input: np.ndarray
-    by_unit: np.ndarray
-    bias: np.ndarray
-    read_out: np.ndarray
-    offset: np.ndarray
+    network: tuple
     losses: list[float]
     others: list[float]
     held: int
@@ -385,26 +356,18 @@ def _train(model: LSTM, windows: Windows, seed: int, progress: Callable[[float],
 
     network = best = _network(model, jax.random.PRNGKey(seed))
     state, losses, others = adam.init(eqx.filter(network, eqx.is_array)), [], []
-    while (
-        len(losses) < model.epochs
-        and len(losses) - int(np.argmin(others or [0.0])) <= model.patience
-    ):
-        batches = np.concatenate(
-            [random.permutation(training)[:used] for _ in range(PASSES)]
-        ).reshape(-1, size)
+    for done in range(model.epochs):
+        if done - int(np.argmin(others or [0.0])) > model.patience:
+            break
+        batches = [random.permutation(training)[:used] for _ in range(PASSES)]
         before = network
-        network, state, error, held_error = epoch(network, state, batches)
-        losses.append(float(error))
-        others.append(float(held_error))
+        network, state, *errors = epoch(network, state, np.reshape(batches, (-1, size)))
+        for row, error in zip((losses, others), errors, strict=True):
+            row.append(float(error))
         if others[-1] == min(others):
             best = before
-        progress(len(losses) / model.epochs)
-    cell, out = best
-    weights = (
-        np.asarray(w, float)
-        for w in (cell.weight_ih, cell.weight_hh, cell.bias, out.weight, out.bias)
-    )
-    return Trained(*weights, losses, others, len(held), float(windows.counts[training].sum()))
+        progress((done + 1) / model.epochs)
+    return Trained(best, losses, others, len(held), float(windows.counts[training].sum()))
 
 
 def _network(model: LSTM, key):
@@ -441,10 +404,7 @@ def _begins(network, windows: Windows):
     """
     import jax
 
-    zero, begun = (
-        jax.numpy.zeros((2, network[0].hidden_size)),
-        jax.numpy.ones(windows.whole.shape[1]),
-    )
+    zero, begun = np.zeros((2, network[0].hidden_size)), np.ones(windows.whole.shape[1])
     states = jax.vmap(lambda rate: _run(network, zero, rate, begun)[1])(windows.whole)
     there = (windows.before >= 0)[:, None, None]
     return states[windows.owner, np.maximum(windows.before, 0)] * there
@@ -458,15 +418,15 @@ def _mean_square(network, begin, rate, begun, torque, counts):
     return (counts * (predicted - torque) ** 2).sum() / counts.sum()
 
 
-def _exported(windows: Windows, trained: Trained) -> np.ndarray:
+def _exported(windows: Windows, network) -> np.ndarray:
     """Weights for inputs and torques in SI, in the order of the parameters; no torque where none
     was measured.
     """
-    read_out, offset = trained.read_out * windows.size, trained.offset * windows.size
-    unknown = windows.counts.sum(axis=(0, 1)) == 0
-    read_out[unknown], offset[unknown] = 0.0, 0.0
-    parts = trained.by_input.T / windows.reach, trained.by_unit.T, trained.bias, read_out, offset
-    return np.concatenate([p.ravel() for p in parts])
+    cell, out = network
+    size = windows.size * (windows.counts.sum(axis=(0, 1)) > 0)
+    parts = [np.asarray(w, float).T for w in (cell.weight_ih / windows.reach, cell.weight_hh)]
+    read_out, offset = (np.asarray(w, float).T * size for w in (out.weight, out.bias))
+    return np.concatenate([w.ravel() for w in (*parts, cell.bias, read_out.T, offset)])
 
 
 models.MODELS["lstm"] = LSTM

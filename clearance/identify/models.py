@@ -70,6 +70,8 @@ BRISTLES = (
     Parameter("damping", "N m s/rad", 1e-3, 20.0, 1.0),
 )
 WEIGHT = Parameter("weight", "1", -2.0, 2.0, 0.1)
+# how firmly neighbouring knots are held equal, which gives those without samples their torque
+LEVEL = 1e-6
 LOOSE = 0.1  # how firmly a network's units are held, beside its weights
 THICK = Parameter("viscous", "N m s/rad", 1e-3, 10.0, 0.05)
 LAG = Parameter("lag", "s", -0.02, 0.02, 0.0)
@@ -119,6 +121,7 @@ class Model:
 
     linear: ClassVar[bool] = False
     exact: bool = False  # whether `sensitivities` has slopes of the torque
+    smoothing: float = 0.0
     compiled: Callable
     parameters: tuple[Parameter, ...]
     layout: Layout
@@ -132,8 +135,17 @@ class Model:
 
     @property
     def roughness(self) -> tuple[np.ndarray, np.ndarray]:
-        """Rows (k, p) and numbers (k,) whose difference, over the rms torque, a fit holds small."""
-        return np.zeros((0, len(self.parameters))), np.zeros(0)
+        """Rows (k, p) and numbers (k,) whose difference, over the rms torque, a fit holds small.
+
+        Prior of the logarithms of parameters, and of weights. Neighbouring knots are to be alike.
+        """
+        stems, eye = (
+            [p.name.rpartition("_at_")[0] for p in self.parameters],
+            np.eye(len(self.parameters)),
+        )
+        pairs = enumerate(itertools.pairwise(stems))
+        rows = [eye[i + 1] - eye[i] for i, (a, b) in pairs if a and a == b]
+        return self.smoothing * np.array(rows).reshape(-1, len(eye)), np.zeros(len(rows))
 
     @property
     def centred(self) -> list[int]:
@@ -460,32 +472,17 @@ class LuGre(Driven):
         return (math.log(preload_of(trial) / self.preload) if trial else 0.0,)
 
     @cached_property
-    def neighbours(self) -> np.ndarray:
-        """Parameters at neighbouring knots (pairs, 2)."""
-        stems = [p.name.rpartition("_at_")[0] for p in self.parameters]
-        pairs = enumerate(itertools.pairwise(stems))
-        return np.array([(i, i + 1) for i, (a, b) in pairs if a and a == b], int).reshape(-1, 2)
-
-    @cached_property
     def roughness(self) -> tuple[np.ndarray, np.ndarray]:
-        """Rows (k, p) and numbers (k,) whose difference, over the rms torque, a fit holds small.
-
-        Prior of the logarithms of parameters, and of weights. Neighbouring knots are to be alike, a
-        network's weights small, its units, less firmly, where they were.
+        """That of neighbouring knots. A network's weights are to be small, its units, less firmly,
+        where they were.
         """
-        eye, rows = np.eye(len(self.parameters)), [np.zeros((0, len(self.parameters)))]
-        rows += [
-            self.smoothing * (eye[after] - eye[before])[None] for before, after in self.neighbours
-        ]
-        wanted = [np.zeros(len(self.neighbours))]
-        for n, p in enumerate(self.parameters if self.network else ()):
+        rows, wanted = map(list, super().roughness)
+        for p, row in zip(self.parameters, np.eye(len(self.parameters)), strict=True):
             share = 1.0 if "_weight_" in p.name else LOOSE if "_unit_" in p.name else 0.0
             if share:
-                rows.append(share * self.smoothing * eye[n][None])
-                wanted.append(
-                    [0.0 if p.low <= 0.0 else share * self.smoothing * math.log(p.typical)]
-                )
-        return np.concatenate(rows), np.concatenate(wanted)
+                rows.append(share * self.smoothing * row)
+                wanted.append(rows[-1].max() * math.log(p.typical) if p.low > 0.0 else 0.0)
+        return np.array(rows).reshape(-1, len(self.parameters)), np.array(wanted)
 
     def functions(self, values: Values, speeds: Sequence[float]) -> np.ndarray:
         """T [N m], sigma0 [N m/rad], sigma1, sigma2 [N m s/rad] of the axes at speeds (n,) [rad/s],
@@ -548,6 +545,7 @@ class Curve(Driven):
 
     name: ClassVar[str] = "curve"
     linear: ClassVar[bool] = True
+    smoothing: ClassVar[float] = LEVEL
 
     def __post_init__(self):
         object.__setattr__(self, "knots", _checked_knots(self.knots, 1))
@@ -572,12 +570,6 @@ class Curve(Driven):
         """Kernels of the axes that move."""
         groups = self.places[:, 0] // len(self.knots)
         return lugre_kernel.curve(self.knots, tuple(groups.tolist()), axes)
-
-    def hats(self, rate: np.ndarray) -> np.ndarray:
-        """Slopes of the torque by the parameters (n, 3, p) at rates (n, 3) [rad/s]."""
-        torque, slopes = np.empty(rate.shape), np.empty((*rate.shape, len(self.parameters)))
-        axis_kernel.drive(self.layout, np.zeros(slopes.shape[2]), rate, 1.0, torque, slopes)
-        return slopes
 
     def passive_rate(self, values: Values) -> float:
         """Rate [rad/s] up to which it brakes, inf where it always does."""

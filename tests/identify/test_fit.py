@@ -614,7 +614,8 @@ def test_the_curve_is_the_linear_least_squares_solution(validated):
     """Levels (1e-6), covariance (1e-4) and cost (1e-9) equal least squares of all rows by numpy."""
     data = small(axes=((0,), (2,), (0, 1, 2)))
     actual, trials = fit(data, MIXED), [t for t in data.trials if t.role == "training"]
-    rows = np.concatenate([MIXED.hats(t.rate)[:, list(t.measured)].reshape(-1, 8) for t in trials])
+    hats = [MIXED.sensitivity(np.ones(8), t)[1][:, list(t.measured)] for t in trials]
+    rows = np.concatenate([h.reshape(-1, 8) for h in hats])
     torque = np.concatenate([t.torque[:, list(t.measured)].ravel() for t in trials])
     wanted = np.linalg.lstsq(rows, torque)[0]
     options = {"unit": "N m", "source": "numpy lstsq, all rows", "kind": "independent"}
