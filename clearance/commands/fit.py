@@ -72,7 +72,7 @@ def run(options) -> int:
         return _plan(options, scene, bounds)
     if not options.data:
         raise ValueError("fit: --data names a record; --plan needs none")
-    check_bounds(bounds)
+    check_bounds(bounds, "; only --plan takes the name alone")
     log_to_terminal(options)
     with noted(f"with -o {GOES_ON}"):
         result = fit(

@@ -43,7 +43,7 @@ def is_range(text: str) -> bool:
         return False
 
 
-def check_bounds(bounds: dict) -> None:
-    """Raise ValueError for a parameter without bounds."""
+def check_bounds(bounds: dict, otherwise: str = "") -> None:
+    """Raise ValueError for a parameter without bounds; otherwise: what takes the name alone."""
     if missing := [n for n, b in bounds.items() if b is None]:
-        raise ValueError(f"-p {missing[0]}: expected {missing[0]}=LOW:HIGH or a value")
+        raise ValueError(f"-p {missing[0]}: expected {missing[0]}=LOW:HIGH or a value{otherwise}")

@@ -12,8 +12,10 @@ Source: Miettinen, Nonlinear Multiobjective Optimization (1999), section 3.2.
 import math
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from itertools import chain, islice
 from pathlib import Path
 from statistics import NormalDist
 
@@ -27,6 +29,7 @@ from clearance.identify.optimum import (
     KEPT,
     LAST,
     LOSS,
+    Aim,
     Design,
     Goal,
     Limit,
@@ -34,7 +37,6 @@ from clearance.identify.optimum import (
     Solved,
     parts_of_limit,
     with_losses,
-    with_margins,
 )
 from clearance.metrics.metrics import Metric
 from clearance.results.result import Result
@@ -50,12 +52,11 @@ from clearance.sweeping.scatter import Distribution, Estimate, probability
 from clearance.sweeping.sweep import sweep
 from clearance.values import checks
 from clearance.values.accessors import Celled, accessor
-from clearance.values.units import behind, quantity, written
+from clearance.values.units import behind, shown, written
 from clearance.version import VERSION
 
 STARTS = 4
-#: points that the best starts are taken from: with slopes, and without
-LOOKED, LOOKED_WITHOUT = 16, 64
+LOOKED_WITHOUT = 64  # points that the best starts are taken from, without slopes
 FRONT = 20  # designs of a front
 ROUNDS = 6  # of margins, at most
 NOISE = 1e-4  # of a limit, that no search misses by the noise of values
@@ -109,16 +110,18 @@ class Optimum(Celled):
         return {n: self.point.values[n] for n in self.design.wanted}
 
     @cached_property
+    def aim(self) -> Aim:
+        """The first goal under the limits."""
+        return Aim(self.design, self.goals[0], self.limits)
+
+    @cached_property
     def prices(self) -> dict[str, float]:
         """Units of the goal that a unit of each active limit costs, and a step in the coordinate of
         each parameter beyond its bound would gain; empty without slopes.
         """
-        if self.design.without:
-            return {}
-        try:
-            return self.design.prices(self.point, self.goals[0], self.limits)[0]
-        except Impossible:
-            return {}
+        with suppress(Impossible):
+            return {} if self.design.without else self.aim.prices(self.point)[0]
+        return {}
 
     @property
     def others(self) -> list[Solved]:
@@ -133,17 +136,12 @@ class Optimum(Celled):
 
     def _ridge(self, first: Solved, second: Solved) -> bool:
         """True for ends that are far apart with worse designs between them: no flat valley."""
-        design, sign = self.design, self.goals[0].sign
-        if np.max(np.abs(first.x - second.x) / np.ptp(design.ends, axis=1)) < APART:
+        sign, bare = self.goals[0].sign, [replace(i, margin=0.0) for i in self.limits]
+        if self.design.distance(first.x, second.x) < APART:
             return False
-        middle = design.judged(0.5 * (first.x + second.x), self.goals[0], self.bare)
+        middle = Aim(self.design, self.goals[0], bare).judged(0.5 * (first.x + second.x))
         worse = max(sign * first.goal, sign * second.goal)
         return middle.shortfall > KEPT or sign * middle.goal > worse + FLAT * abs(worse)
-
-    @property
-    def bare(self) -> tuple[Limit, ...]:
-        """Limits without margins."""
-        return tuple(replace(i, margin=0.0) for i in self.limits)
 
     @cached_property
     def words(self) -> list[str]:
@@ -151,7 +149,7 @@ class Optimum(Celled):
         about, goal = self.design.known, self.goals[0]
         units = behind(about[goal.name].units)
         lines = []
-        for limit in self.design.active(self.point, self.limits):
+        for limit in self.aim.active(self.point):
             step = 10.0 ** math.floor(math.log10(limit.size / 10.0))
             of = _amount(step, about[limit.name].units)
             way = "more" if limit.sign > 0 else "less"
@@ -190,13 +188,12 @@ class Optimum(Celled):
 
     def _of(self, limit: Limit) -> dict:
         """A limit as plain data."""
-        active = limit in self.design.active(self.point, self.limits)
         row = {
             "limit": limit.text,
             "value": self.point.values[limit.name],
             "margin": limit.margin,
             "error": self.errors.get(limit.text) or None,
-            "active": active,
+            "active": limit in self.aim.active(self.point),
             "price": self.prices.get(limit.text, 0.0 if self.prices else None),
         }
         if limit.text in self.check:
@@ -324,6 +321,8 @@ def optimize(
     checks.whole("optimize: starts", starts, 1)
     checks.whole("optimize: designs", designs, 3)
     share = checks.inner_fraction("share", checks.share("share", share))
+    if tolerance and not limits:
+        raise ValueError("optimize: a tolerance widens limits, and there is none: give a limit")
     free = [bounded(scene, name, ends) for name, ends in dict(parameters).items()]
     options = {"turns": turns, "until": until, "start": start, "samples_per_turn": samples_per_turn}
     if turns is None and until is None:
@@ -331,11 +330,9 @@ def optimize(
         options |= {"turns": 2.0} if scene.turn else {"until": until}
     options = {n: v for n, v in options.items() if v is not None}
     design = _Swept(scene, free, options, settle, _tolerances(scene, tolerance or {}))
-    goals = [Goal(design.name_of(g.name), g.sign) for g in goals]
-    search = _Search(
-        design, tuple(goals), _limits(design, listed(limits) or ()), share, starts, seed
-    )
-    search.designs, search.progress = designs, progress
+    goals = tuple(Goal(design.name_of(g.name), g.sign) for g in goals)
+    wanted = _limits(design, listed(limits) or ())
+    search = _Search(design, goals, wanted, share, starts, seed, designs, progress)
     if folder is None:
         with tempfile.TemporaryDirectory() as aside:
             return search.result(None, Path(aside) / "check")
@@ -349,10 +346,10 @@ def optimize(
 class _Swept(Design):
     """A design whose first points run in the lanes of a sweep where it has no slopes."""
 
-    @property
-    def looked(self) -> int:
-        """Number of these points."""
-        return LOOKED_WITHOUT if self.without else LOOKED
+    def __init__(self, *about):
+        super().__init__(*about)
+        if self.without:
+            self.looked = LOOKED_WITHOUT
 
     def look(self, places: np.ndarray) -> list[dict[str, float]]:
         rows = [self.values(x) for x in places]
@@ -370,12 +367,10 @@ def _tolerances(scene: Scene, tolerance: Mapping[str, float | str]) -> dict[str,
     """Standard deviations in SI. Raises ValueError."""
     sizes = {}
     for name, size in tolerance.items():
-        units = varied(scene, name, 1.0).units
         try:
-            number = quantity(size, units) if isinstance(size, str) else size
+            sizes[name] = varied(scene, name, size).size
         except ValueError as error:
             raise ValueError(f"tolerance of {name}: {error}") from None
-        sizes[name] = checks.positive(f"tolerance of {name}", number)
     case_of(scene, sizes)
     return sizes
 
@@ -391,77 +386,73 @@ def _limits(design: Design, texts: Sequence[str]) -> list[Limit]:
     return limits
 
 
+@dataclass
 class _Search:
     """The search: starts, margins, front, check; its ends stand in a journal."""
 
-    def __init__(self, design: Design, goals, limits, share: float, starts: int, seed: int):
-        self.design, self.goals, self.limits = design, goals, limits
-        self.share, self.starts, self.seed = share, starts, seed
-        self.designs, self.progress = FRONT, None
-        self.errors: dict[str, float] = {}
-        self.doubts: list[str] = []
+    design: _Swept
+    goals: tuple[Goal, ...]
+    limits: Sequence[Limit]
+    share: float
+    starts: int
+    seed: int
+    designs: int
+    progress: Callable[[float], None] | None
+    errors: dict[str, float] = field(default_factory=dict)
+    doubts: list[str] = field(default_factory=list)
 
     def result(self, journal: Path | None, aside: Path) -> Optimum:
         """All of it. journal: of this search; aside: folder of the check."""
-        design, (goal, *_) = self.design, self.goals
-        design.want([g.name for g in self.goals] + [i.name for i in self.limits])
+        design, aim = self.design, Aim(self.design, self.goals[0], self.limits)
+        design.want([i.name for i in (*self.goals, *self.limits)])
         self.journal = Journal(journal, Solved, self._about())
-        ends = self._ends(goal)
-        best, limits = self._with_margins(ends[0].x, goal)
-        front = self._front(best, limits) if len(self.goals) == 2 else ()
+        ends = [self._kept(partial(aim.solved, x)) for x in aim.starts(self.starts, self.seed)]
+        ends.sort(key=aim.merit)
+        self._feasible(aim, ends[0])
+        best, aim = self._with_margins(aim, ends[0].x)
+        front = self._front(aim, best) if len(self.goals) == 2 else ()
         if design.without:
             self.doubts.append(f"searched without slopes: {design.without.partition('. ')[0]}")
             if design.tolerances:
                 self.doubts.append("limits have no margin for tolerances, which are slopes")
         elif not best.smooth:
             self.doubts.append("slopes do not show a least value there: a kink, or more iterations")
-        check = self._check(best, limits, aside) if design.tolerances and limits else {}
-        return Optimum(
-            design=design,
-            goals=self.goals,
-            limits=tuple(limits),
-            best=best,
-            ends=tuple(ends),
-            errors=self.errors,
-            front=tuple(front),
-            share=self.share,
-            check=check,
-            doubts=tuple(dict.fromkeys(self.doubts)),
-        )
+        check = self._check(best, aim.limits, aside) if design.tolerances else {}
+        ends, doubts = (aim.limits, best, tuple(ends)), tuple(dict.fromkeys(self.doubts))
+        shares = self.share, check
+        return Optimum(design, self.goals, *ends, self.errors, tuple(front), *shares, doubts)
 
-    def _ends(self, goal: Goal) -> list[Solved]:
-        """Ends of the starts, the best first. Raises ValueError where none keeps the limits."""
-        design, limits = self.design, self.limits
-        starts = design.starts(self.starts, self.seed, goal, limits, design.looked)
-        ends = [self._kept(lambda x=x: design.solved(x, goal, limits)) for x in starts]
-        ends.sort(key=lambda e: e.merit(goal.sign))
-        self._feasible(ends[0], limits)
-        return ends
-
-    def _missed(self, end: Solved, limits: Sequence[Limit]) -> Limit | None:
+    def _missed(self, aim: Aim, end: Solved) -> Limit | None:
         """The limit that a design misses most; None where it keeps all by their stated errors.
 
         A margin has half an error to spare.
         """
         values = self.design.point(end.x).values
-        spare = {i.text: 0.5 * self.errors.get(i.text, 0.0) * (i.margin > 0.0) for i in limits}
-        rooms = {i: i.room(values[i.name]) + spare[i.text] + KEPT * i.size for i in limits}
-        worst = min(limits, key=lambda i: rooms[i] / i.size, default=None)
-        return worst if worst and rooms[worst] < 0.0 else None
 
-    def _feasible(self, end: Solved, limits: Sequence[Limit]) -> None:
+        def room(i: Limit) -> float:
+            spare = 0.5 * self.errors.get(i.text, 0.0) if i.margin > 0.0 else 0.0
+            return (i.room(values[i.name]) + spare) / i.size + KEPT
+
+        worst = min(aim.limits, key=room, default=None)
+        return worst if worst and room(worst) < 0.0 else None
+
+    def _feasible(self, aim: Aim, end: Solved) -> None:
         """Raises ValueError for a design that has no run or misses a limit."""
         point = self.design.point(end.x)
         if point.reason:
             raise ValueError(f"optimize: no design has a run: {point.reason}")
-        worst = self._missed(end, limits)
+        worst = self._missed(aim, end)
         if worst is None:
             return
-        margin = f" with a margin of {worst.margin:.3g}" if worst.margin else ""
-        values = ", ".join(f"{n} = {v:.4g}" for n, v in self.design.values(end.x).items())
+        units = self.design.known[worst.name].units
+        margin = f" with a margin of {shown(worst.margin, units)}" if worst.margin else ""
+        numbers = self.design.values(end.x)
+        values = ", ".join(
+            f"{p.name} = {shown(numbers[p.name], p.units)}" for p in self.design.free
+        )
         raise ValueError(
-            f"optimize: no design between the bounds keeps {worst.text}{margin}: the nearest has "
-            f"{point.values[worst.name]:.6g}, at {values}"
+            f"optimize: no design between the bounds keeps {worst.text}{behind(units)}{margin}: "
+            f"the nearest has {shown(point.values[worst.name], units)}, at {values}"
         )
 
     def _kept(self, make: Callable[[], Solved]) -> Solved:
@@ -472,36 +463,33 @@ class _Search:
             self.progress(min(self.journal.done / total, 1.0))
         return end
 
-    def _with_margins(
-        self, x: np.ndarray, goal: Goal, limits: Sequence[Limit] | None = None
-    ) -> tuple[Solved, list[Limit]]:
+    def _with_margins(self, aim: Aim, x: np.ndarray) -> tuple[Solved, Aim]:
         """The best design near one whose limits have the margins of its own."""
-        design = self.design
-        limits = list(self.limits if limits is None else limits)
-        best = design.judged(x, goal, limits)
-        if not limits:
-            return design.solved(x, goal, limits, LAST), limits
+        best = aim.judged(x)
+        if not aim.limits:
+            return aim.solved(x, LAST), aim
         for _ in range(ROUNDS):
-            point = design.point(best.x)
-            margins, (of_limit, of_margin) = self._margins(point, limits), STAYS
+            point = self.design.point(best.x)
+            margins, (of_limit, of_margin) = self._margins(point), STAYS
             stays = (
                 abs(margins[i.text] - i.margin) <= max(of_limit * i.size, of_margin * i.margin)
                 and i.margin >= self.errors[i.text]
-                for i in limits
+                for i in aim.limits
             )
-            missing = {i.text: max(-i.room(point.values[i.name]), 0.0) for i in limits}
-            if self._missed(best, limits) is None and all(stays):
+            if self._missed(aim, best) is None and all(stays):
                 break
             # what the last search missed, for values of neighbouring designs have some noise
-            margins = {text: margin + 2.0 * missing[text] for text, margin in margins.items()}
-            limits = with_margins(limits, margins)
-            best = design.solved(best.x, goal, limits, LAST)
+            missing = (max(-i.room(point.values[i.name]), 0.0) for i in aim.limits)
+            pairs = zip(aim.limits, missing, strict=True)
+            limits = [replace(i, margin=margins[i.text] + 2.0 * m) for i, m in pairs]
+            aim = Aim(self.design, aim.goal, limits)
+            best = aim.solved(best.x, LAST)
             if best.shortfall > NOISE:
                 break
-        self._feasible(best, limits)
-        return best, limits
+        self._feasible(aim, best)
+        return best, aim
 
-    def _margins(self, point: Point, limits: Sequence[Limit]) -> dict[str, float]:
+    def _margins(self, point: Point) -> dict[str, float]:
         """Stated errors, and quantiles of the tolerances, by text of the limit."""
         design, spread = self.design, 0.0
         errors: Mapping = {}
@@ -512,7 +500,7 @@ class _Search:
         elif not errors:
             self.doubts.append(f"no stated errors: {errors.reason}")
         margins = {}
-        for limit in limits:
+        for limit in self.limits:
             stated = _stated(errors, limit.name, point.values[limit.name])
             if stated is None and errors:
                 self.doubts.append(f"{limit.name} has no stated error")
@@ -524,18 +512,18 @@ class _Search:
             margins[limit.text] = 1.5 * (stated or 0.0) + spread
         return margins
 
-    def _front(self, best: Solved, limits: Sequence[Limit]) -> list[Solved]:
+    def _front(self, aim: Aim, best: Solved) -> list[Solved]:
         """Designs from the best for the first goal to that for the second."""
         design, (first, second) = self.design, self.goals
-        starts = design.starts(self.starts, self.seed, second, self.limits, design.looked)
-        ends = [design.solved(x, second, self.limits) for x in (best.x, *starts)][:2]
-        last = min(ends, key=lambda e: e.merit(second.sign))
-        last, _ = self._with_margins(last.x, second)
+        other = Aim(design, second, self.limits)
+        starts = chain([best.x], other.starts(self.starts, self.seed))
+        last = min((other.solved(x) for x in islice(starts, 2)), key=other.merit)
+        last, _ = self._with_margins(other, last.x)
         begin, end = (design.point(s.x).values[second.name] for s in (best, last))
         front, x = [best], best.x
         for level in np.linspace(begin, end, self.designs)[1:-1]:
             bound = Limit(second.name, -second.sign, float(level))
-            solved = self._kept(lambda x=x, b=bound: design.solved(x, first, [*limits, b]))
+            solved = self._kept(partial(Aim(design, first, [*aim.limits, bound]).solved, x))
             if solved.shortfall <= KEPT:
                 front.append(solved)
                 x = solved.x

@@ -188,7 +188,8 @@ class Search:
     """
 
     def __init__(self, model: Model):
-        parameters, names = model.parameters, [p.name for p in model.parameters]
+        self.model, parameters = model, model.parameters
+        names = [p.name for p in parameters]
         self.log = np.array([p.low > 0.0 and not model.linear for p in parameters])
         ends = np.array([(p.low, p.high, p.typical) for p in parameters]).T
         self.low, self.high, self.typical = np.log(ends, where=self.log, out=ends)
@@ -254,8 +255,9 @@ class Passes:
     look, most_looks, most = LOOK, MOST_LOOKS, MOST
     refused = 0
 
-    def __init__(self, model: Model, search: Search, trials: Sequence, axes: Sequence[np.ndarray]):
-        self.model, self.search, self.trials, self.axes = model, search, trials, axes
+    def __init__(self, search: Search, trials: Sequence, axes: Sequence[np.ndarray]):
+        self.search, self.trials, self.axes = search, trials, axes
+        self.model = model = search.model
         self.rows = parts_of(t.samples * a.size for t, a in zip(trials, axes, strict=True))
         self.measured = np.concatenate(
             [t.torque[:, a].ravel() for t, a in zip(trials, axes, strict=True)]
@@ -368,8 +370,9 @@ class Differences(Passes):
     look = finish = FINISH_FUNCTION
     most_looks = most = MOST_FUNCTION
 
-    def __init__(self, model: Model, search: Search, trials: Sequence, report: Callable):
-        self.model, self.search, self.trials, self.report = model, search, trials, report
+    def __init__(self, search: Search, trials: Sequence, report: Callable):
+        self.search, self.trials, self.report = search, trials, report
+        self.model = model = search.model
         sizes = model.sizes(trials)
         observed = [model.observed(t) for t in trials]
         self.rows = parts_of(o.size for o in observed)
@@ -492,48 +495,37 @@ class Part:
     trials: list
     axes: list[np.ndarray]
 
-    def passes(self, model: Model, search: Search, report: Callable) -> Passes:
+    def passes(self, search: Search, report: Callable) -> Passes:
         """Its residuals."""
-        if model.exact:
-            return Passes(model, search, self.trials, self.axes)
-        return Differences(model, search, self.trials, report)
+        if search.model.exact:
+            return Passes(search, self.trials, self.axes)
+        return Differences(search, self.trials, report)
 
 
-def parts(model: Model, search: Search, trials: Sequence) -> list[Part]:
+def parts(search: Search, trials: Sequence) -> list[Part]:
     """The fit taken apart: trials of one axis each give nothing about the parameters of other
     axes.
     """
-    p = len(model.parameters)
+    model, p = search.model, search.low.size
     if not model.exact:
         return [Part(np.full(p, True), list(trials), [])]
-    label = np.arange(p)
-    for row in model.roughness[0]:
-        _join(label, row != 0.0)
-    pieces = []
+    pieces = [(trial, axis) for trial in trials for axis in axes_of(trial)]
     # beside the typical values: where two of them are equal, others may not be seen
     probe = search.typical + np.linspace(0.01, 0.02, p) * (search.high - search.typical)
-    for trial in trials:
-        for axis in axes_of(trial):
-            seen = Passes(model, search, [trial], [np.array([axis])]).seen(probe) > 0.0
-            _join(label, seen)
-            pieces.append((trial, axis, seen))
-    there = [(trial, axis, label[seen][0]) for trial, axis, seen in pieces if seen.any()]
-    by_axis = {
-        name: [(t, a) for t, a, n in there if n == name]
-        for name in dict.fromkeys(n for *_, n in there)
-    }
-    return [Part(label == name, *_by_trial(units)) for name, units in by_axis.items()]
-
-
-def _join(label: np.ndarray, together: np.ndarray) -> None:
-    """Give parameters that belong together one label."""
-    if together.any():
-        label[np.isin(label, label[together])] = label[together].min()
-
-
-def _by_trial(units: list) -> tuple[list, list[np.ndarray]]:
-    trials = list({id(t): t for t, _ in units}.values())
-    return trials, [np.array([a for t, a in units if t is trial]) for trial in trials]
+    alone = (Passes(search, [t], [np.array([a])]) for t, a in pieces)
+    seen = np.array([passes.seen(probe) > 0.0 for passes in alone])
+    rows = np.vstack([seen, model.roughness[0] != 0.0])
+    together = rows.T @ rows | np.eye(p, dtype=bool)
+    for _ in range(p.bit_length()):
+        together = together @ together
+    first = together.argmax(axis=1)
+    found = []
+    for label in dict.fromkeys(first[row.argmax()] for row in seen if row.any()):
+        here = [pieces[k] for k in np.flatnonzero(seen[:, first == label].any(axis=1))]
+        ours = {id(trial): trial for trial, _ in here}.values()
+        axes = [np.array([a for t, a in here if t is trial]) for trial in ours]
+        found.append(Part(first == label, list(ours), axes))
+    return found
 
 
 class Found(NamedTuple):
@@ -555,19 +547,15 @@ class Found(NamedTuple):
 
 
 def _solve(
-    model: Model,
-    search: Search,
-    part: Part,
-    begins: list[np.ndarray],
-    tell: Callable,
-    report: Callable,
+    search: Search, part: Part, begins: list[np.ndarray], tell: Callable, report: Callable
 ) -> Found:
     """The best of several starts: all on few samples, the best of those on all, and the best one to
     the end.
     """
-    looks = passes = part.passes(model, search, report)
-    if len(begins) > 1 and model.exact:
-        looks = Passes(model, search, [_thinned(t) for t in part.trials], part.axes)
+    looks = passes = part.passes(search, report)
+    exact = search.model.exact
+    if len(begins) > 1 and exact:
+        looks = Passes(search, [_thinned(t) for t in part.trials], part.axes)
     scale = (np.linalg.norm(passes.measured) / (np.linalg.norm(looks.measured) or 1.0)) ** 2
     ends = []
     for begin in begins:
@@ -584,7 +572,7 @@ def _solve(
     ranked = np.argsort([e.cost for e in ends], kind="stable")
     for n in ranked[:FOLLOWED] if looks is not passes else ():
         follow(n, LOOK, MOST_LOOKS)
-    if model.exact:
+    if exact:
         follow(int(np.argmin([e.cost for e in ends])), passes.finish, passes.most)
     return Found(ends, float(np.linalg.norm(passes.measured)) or 1.0)
 
@@ -604,9 +592,9 @@ def estimate(
         begin[model.centred] = typical[model.centred]
     axes = [axes_of(t) for t in trials] if model.exact else []
     complete = Part(np.full(typical.size, True), list(trials), axes)
-    passes = complete.passes(model, search, progress)
-    _check_start(model, passes)
-    split, done = parts(model, search, trials), itertools.count(1)
+    passes = complete.passes(search, progress)
+    _check_start(passes)
+    split, done = parts(search, trials), itertools.count(1)
 
     def tell():
         progress(next(done) / (len(split) * (starts + 1)))
@@ -614,7 +602,7 @@ def estimate(
     solutions, points, end = [], np.tile(typical, (starts, 1)), typical.copy()
     for part in split:
         of_part = [np.where(part.free, b, typical) for b in begins]
-        solutions.append(_solve(model, search, part, of_part, tell, progress))
+        solutions.append(_solve(search, part, of_part, tell, progress))
         end[part.free] = solutions[-1].end.point[part.free]
         points[:, part.free] = np.array([e.point for e in solutions[-1].ends])[:, part.free]
         tell()
@@ -654,11 +642,11 @@ def estimate(
     )
 
 
-def _check_start(model: Model, passes: Passes) -> None:
+def _check_start(passes: Passes) -> None:
     """Raises ValueError for a function without values at the first start; its errors are the
     user's to see.
     """
-    typical = passes.search.typical
+    model, typical = passes.model, passes.search.typical
     if model.exact:
         passes.errors(typical)
     elif not np.isfinite(passes.predicted(typical)).all():

@@ -151,23 +151,22 @@ class Fit:
 
     def save(self, path: str | Path) -> Path:
         """All of it as HDF5 (format clearance-friction-fit), for `open_fit`."""
-        by_name = {p.name: p for p in self.model.parameters}
-        columns = [by_name[n] for n in self.values]
-        numbers = {
-            "value": ("value", list(self.values.values())),
-            "lower_bound": ("least value tried", [p.low for p in columns]),
-            "upper_bound": ("largest value tried", [p.high for p in columns]),
+
+        def numbers(text: str, values: Iterable[float]) -> tuple:
+            return "as units say", text, np.array([*values])
+
+        of = self.model.parameters
+        parameters = {
+            "name": ("1", "parameter", [*self.values]),
+            "units": ("1", "its units", [p.units for p in of]),
+            "value": numbers("value", self.values.values()),
+            "lower_bound": numbers("least value tried", (p.low for p in of)),
+            "upper_bound": numbers("largest value tried", (p.high for p in of)),
         }
         if self.low:
-            interval = "end of the 95 % interval"
-            numbers["low"] = f"lower {interval}", list(self.low.values())
-            numbers["high"] = f"upper {interval}", list(self.high.values())
-        parameters = {
-            "name": ("1", "parameter", list(self.values)),
-            "units": ("1", "its units", [p.units for p in columns]),
-            **{n: ("as units say", text, np.array(v)) for n, (text, v) in numbers.items()},
-        }
-        scores = np.array(list(self.nrmse.values()))
+            parameters["low"] = numbers("lower end of the 95 % interval", self.low.values())
+            parameters["high"] = numbers("upper end of the 95 % interval", self.high.values())
+        scores = np.array([*self.nrmse.values()])
         tables = {
             "parameters": parameters,
             "covariance": {
@@ -213,24 +212,18 @@ def open_fit(path: str | Path, model: Model | None = None) -> Fit:
         )
         names = table["name"].tolist()
         model = _model_of(file, model, names)
-        columns = {
-            c: dict(zip(names, table[c].tolist(), strict=True))
+        values, low, high = (
+            dict(zip(names, table[c].tolist(), strict=True)) if c in table else {}
             for c in ("value", "low", "high")
-            if c in table
-        }
+        )
+        scores = (file.column(f"nrmse/{c}").tolist() for c in ("role", "nrmse"))
         return Fit(
             model=model,
-            values=columns["value"],
-            low=columns.get("low", {}),
-            high=columns.get("high", {}),
+            values=values,
+            low=low,
+            high=high,
             covariance=file.column("covariance/covariance"),
-            nrmse=dict(
-                zip(
-                    file.column("nrmse/role").tolist(),
-                    file.column("nrmse/nrmse").tolist(),
-                    strict=True,
-                )
-            ),
+            nrmse=dict(zip(*scores, strict=True)),
             history=file.column("history/cost"),
             starts={n: file.column(f"starts/{n}") for n in file.names("starts")},
             facts=file.document("", "facts"),
@@ -276,8 +269,10 @@ def fit(
     trials = measurement.of(*roles).trials
     seed = checks.whole("seed", seed)
     driven = [t for t in trials if not isinstance(t, Series)]
-    for trial in driven:
-        _check(trial)
+    for t in driven:
+        if (way := float(abs(t.rate).sum()) * t.step) < STILL:
+            reason = f"never moves ({way:.2g} rad in all): it contains nothing about friction"
+            raise ValueError(f"trial {t.name!r} {reason}")
     began = time.perf_counter()
     how = {"starts": starts, "seed": seed, "progress": progress or (lambda share: None)}
     estimate = getattr(model, "estimate", partial(estimation.estimate, model))(trials, **how)
@@ -308,49 +303,21 @@ def fit(
         *model.doubts(values, fastest),
     ]
     if low:
-        facts |= _correlated(model, values, trials)
-        samples = sum(model.observed(t).size for t in trials)
-        independent = facts["independent_samples"]
+        errors = [row for t in trials for row in _errors_along(model, values, t, trials)]
+        time_of_one, samples = doubts.correlation(errors), sum(map(len, errors))
+        independent, widening = samples / time_of_one, math.sqrt(time_of_one)
+        facts |= {"independent_samples": independent, "widening": widening}
         remarks += doubts.of_lag(facts, trials)
         remarks += doubts.of_short_damping(model, values, driven)
-        remarks += doubts.of_intervals(facts["widening"], samples, independent)
-    return Fit(
-        model,
-        values,
-        low,
-        high,
-        estimate.covariance,
-        scores,
-        estimate.history,
-        estimate.starts,
-        facts,
-        tuple(remarks),
-    )
+        remarks += doubts.of_intervals(widening, samples, independent)
+    about = estimate.covariance, scores, estimate.history, estimate.starts
+    return Fit(model, values, low, high, *about, facts, tuple(remarks))
 
 
-def _correlated(model: Model, values: dict[str, float], trials: Sequence) -> dict[str, float]:
-    """Number of independent errors that the samples' errors are worth, and the factor on
-    intervals.
-    """
-    errors, sizes = [], model.sizes(trials)
-    for trial in trials:
-        along = (
-            (model.predicted(values, trial) - model.observed(trial)) / sizes * model.senses(trial)
-        )
-        errors += list(along.T)
-    time_of_one = doubts.correlation(errors)
-    return {
-        "independent_samples": sum(map(len, errors)) / time_of_one,
-        "widening": math.sqrt(time_of_one),
-    }
-
-
-def _check(trial) -> None:
-    if (way := float(abs(trial.rate).sum()) * trial.step) < STILL:
-        raise ValueError(
-            f"trial {trial.name!r} never moves ({way:.2g} rad in all): it contains nothing about "
-            f"friction"
-        )
+def _errors_along(model: Model, values: dict[str, float], trial, trials) -> np.ndarray:
+    """Errors of the columns of a trial (k, n), along the motion, over the sizes of all trials."""
+    errors = model.predicted(values, trial) - model.observed(trial)
+    return (errors / model.sizes(trials) * model.senses(trial)).T
 
 
 def _score(model: Model, values: dict[str, float], trials: Iterable, over: str = "rms") -> float:

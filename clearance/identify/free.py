@@ -113,11 +113,11 @@ class Varying:
                 x[k] = parameter.coordinate(value)
         return x
 
-    def spread(self, count: int, seed: int, box: Sequence[np.ndarray] = ()) -> np.ndarray:
+    def spread(self, count: int, seed: int, box: np.ndarray | None = None) -> np.ndarray:
         """Sobol' points between the bounds, or those of a box, (count, parameters)."""
         n, random = 2 ** math.ceil(math.log2(count)), np.random.default_rng(seed)
         shares = sobol(n, len(self.free), random)
-        low, high = box or self.ends.T
+        low, high = self.ends.T if box is None else box
         return low + shares[:count] * (high - low)
 
     def values(self, x: np.ndarray) -> dict[str, float]:

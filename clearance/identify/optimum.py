@@ -18,12 +18,13 @@ Optimization (2006), chapters 12 and 18; Ragonneau and Zhang, COBYQA (2024).
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
-from scipy.optimize import Bounds, NonlinearConstraint, minimize, nnls
+from scipy.optimize import NonlinearConstraint, minimize, nnls
 
 from clearance.accuracy.by_differences import (
     LOOSER,
@@ -59,6 +60,7 @@ FAILED = 10.0  # scaled goal, and shortfall of limits, of a point without a run
 SHARED = ("start", "max_step")  # options of the runs beside a point too
 NEAR = 0.25  # of the width of the bounds, between starts
 HELD = 64  # points in memory
+LOOKED = 16  # points that the best starts are taken from
 _LIMIT = re.compile(r"\s*([^<>=\s]+)\s*([<>])=?\s*(\S.*?)\s*$")
 
 
@@ -147,57 +149,43 @@ class Point:
         self.values: dict[str, float] = {}
         try:
             self.scene = design.scene_of(x)
-            self.run = design.run_of(self.scene)
-            self._begin()
+            self._begin(design.run_of(self.scene))
         except (Impossible, ValueError, ArithmeticError) as reason:
             self.reason = str(reason)
 
-    def _begin(self) -> None:
-        design, around = self.design, _Around(self.design, self.x, {}, self.design.summed)
+    def _begin(self, run: Run) -> None:
+        design = self.design
         if design.without:
-            metrics = design.summed(self.run, recorded(self.run))
+            self.metrics = design.summed(run, recorded(run))
         else:
-            self.steps = Steps(around, self.run, LOOSER, method_beside(self.run))
-            metrics = design.summed(self.run, self.steps.record)
-        self.metrics = with_losses(metrics, self.scene)
+            around = _Around(design, self.x, {}, design.summed)
+            self.steps = Steps(around, run, LOOSER, method_beside(run))
+            self.metrics = design.summed(run, self.steps.record)
         self.values = {n: m.value for n, m in self.metrics.items()}
         design.evaluations += 1
-        missing = [n for n in design.wanted if not math.isfinite(self.values.get(n, math.nan))]
-        if missing and design.checked:
+        if missing := [n for n in design.wanted if not math.isfinite(self.values.get(n, math.nan))]:
             raise ValueError(f"its run has no {missing[0]}")
 
-    def _along(self, number: Free | Varied) -> np.ndarray:
+    def _along(self, number: Free | Varied, width: float) -> np.ndarray:
         """Slopes of metrics by the coordinate of a parameter, or by its value."""
         ends = self.steps.around(number, (-1, 1))
-        fixed = isinstance(number, Varied)
-        d = WIDTH * number.size if fixed else self.design.width
-        pairs = []
-        for offset in (-1, 1):
-            around = _Around(self.design, self.x, {})
-            of = with_losses(ends[offset], around.scene_at(number, offset))
-            pairs.append(np.array([of[n].value for n in self.design.wanted]))
-        return (pairs[1] - pairs[0]) / (2.0 * d)
+        low, high = (np.array([ends[n][m].value for m in self.design.wanted]) for n in (-1, 1))
+        return (high - low) / (2.0 * width)
 
     @cached_property
     def slopes(self) -> dict[str, np.ndarray]:
         """Slopes of metrics by the coordinates. Raises Impossible."""
-        table = np.stack([self._along(p) for p in self.design.free], axis=1)
-        return dict(zip(self.design.wanted, table, strict=True))
+        columns = [self._along(p, self.design.width) for p in self.design.free]
+        return dict(zip(self.design.wanted, np.stack(columns, axis=1), strict=True))
 
     @cached_property
     def deviations(self) -> dict[str, float]:
         """Standard deviations of metrics over the tolerances, linearised."""
         squares = np.zeros(len(self.design.wanted))
         for name, size in self.design.tolerances.items():
-            k = next((k for k, p in enumerate(self.design.free) if p.name == name), None)
-            if k is None:
-                at = abs(varied(self.scene, name, size).value)
-                slope = self._along(varied(self.scene, name, max(at, size)))
-            else:
-                free = self.design.free[k]
-                by = free.slope(float(self.x[k]))
-                slope = np.array([self.slopes[n][k] for n in self.design.wanted]) / by
-            squares += (slope * size) ** 2
+            number = varied(self.scene, name, size)
+            number = replace(number, size=max(abs(number.value), size))
+            squares += (self._along(number, WIDTH * number.size) * size) ** 2
         return dict(zip(self.design.wanted, np.sqrt(squares).tolist(), strict=True))
 
 
@@ -212,13 +200,9 @@ class Solved:
     shortfall: float
     smooth: bool
 
-    def merit(self, sign: int) -> tuple[float, float]:
-        """Smaller is better: limits first."""
-        return (0.0 if self.shortfall <= KEPT else self.shortfall), sign * self.goal
-
 
 class Design(Varying):
-    """A scene with free parameters, a goal and limits.
+    """A scene with free parameters and the metrics of its runs.
 
     options: of the runs (turns or until, samples_per_turn); settle: turns left out of the metrics;
     tolerances: standard deviations of parameters, by name. without: why slopes are not used, "" for
@@ -239,7 +223,7 @@ class Design(Varying):
         self.options, self.settle = dict(options), settle
         self.tolerances = dict(tolerances or {})
         self.wanted: list[str] = []
-        self.evaluations, self.checked = 0, False
+        self.evaluations, self.looked = 0, LOOKED
         self._points: dict[bytes, Point] = {}
         self.without = reason_without(self.run_of(self.scene_of(self.inside)))
         first = self.point(self.inside)
@@ -255,7 +239,7 @@ class Design(Varying):
 
     def want(self, names: Sequence[str]) -> None:
         """Metrics that points need."""
-        self.wanted, self.checked = list(dict.fromkeys(names)), True
+        self.wanted = list(dict.fromkeys(names))
         self._points.clear()
 
     def prepared(self, scene: Scene, **options) -> Run:
@@ -268,11 +252,11 @@ class Design(Varying):
         return self.prepared(scene, **self.options)
 
     def summed(self, run: Run, record: MemoryRecord) -> dict[str, Metric]:
-        """Metrics of a run."""
-        ideal = None
-        if not self.checked or any("_deviation" in n for n in self.wanted):
-            ideal = ideal_motion(run.mechanism.scene, run.span, record.scene)
-        return of_point(record, self.settle, ideal)
+        """Metrics of a run; all of them until some are wanted."""
+        ideal, scene = None, run.mechanism.scene
+        if not self.wanted or any("_deviation" in n for n in self.wanted):
+            ideal = ideal_motion(scene, run.span, record.scene)
+        return with_losses(of_point(record, self.settle, ideal), scene)
 
     def point(self, x: np.ndarray) -> Point:
         """A point, remembered."""
@@ -283,58 +267,61 @@ class Design(Varying):
             self._points[key] = Point(self, x)
         return self._points[key]
 
-    # --- the search
-    def solved(
-        self, x: np.ndarray, goal: Goal, limits: Sequence[Limit], finish: float = FINISH
-    ) -> Solved:
-        """The best design from a start."""
-        problem = _Scaled(self, goal, tuple(limits), self.point(x))
-        best = self.judged(np.asarray(x, float), goal, limits)
-        if not self.without:
-            best = min(
-                (best, self.judged(problem.by_slopes(x, finish), goal, limits)),
-                key=lambda s: s.merit(goal.sign),
-            )
-        if not best.smooth:
-            other = self.judged(problem.without_slopes(best.x), goal, limits)
-            best = min((best, other), key=lambda s: s.merit(goal.sign))
-        return best
-
-    def judged(self, x: np.ndarray, goal: Goal, limits: Sequence[Limit]) -> Solved:
-        """A point as the end of a search."""
-        point = self.point(x)
-        if point.reason:
-            return Solved(point.x, goal.sign * math.inf, math.inf, False)
-        short, smooth = shortfall(point.values, limits), False
-        if not self.without and short <= KEPT:
-            try:
-                _, rest = self.prices(point, goal, limits)
-                smooth = rest < STILL
-            except Impossible:
-                smooth = False
-        return Solved(point.x, point.values[goal.name], short, smooth)
-
-    def active(self, point: Point, limits: Sequence[Limit]) -> list[Limit]:
-        """Limits without room."""
-        return [i for i in limits if i.room(point.values[i.name]) < EDGE * i.size]
-
     def at_bounds(self, point: Point) -> dict[int, int]:
         """Parameters at a bound by their place: -1 at the lower, 1 at the upper one."""
         (low, high), edge = self.ends.T, EDGE * np.ptp(self.ends, axis=1)
         at = {int(k): -1 for k in np.flatnonzero(point.x < low + edge)}
         return at | {int(k): 1 for k in np.flatnonzero(point.x > high - edge)}
 
-    def prices(
-        self, point: Point, goal: Goal, limits: Sequence[Limit]
-    ) -> tuple[dict[str, float], float]:
+    def distance(self, x: np.ndarray, other: np.ndarray) -> float:
+        """The largest of the coordinates, over the width of the bounds."""
+        return float(np.max(np.abs(x - other) / np.ptp(self.ends, axis=1)))
+
+    def look(self, places: np.ndarray) -> list[dict[str, float]]:
+        """Metrics at coordinates (points, parameters); empty where there is no run."""
+        return [self.point(x).values for x in places]
+
+
+class Aim:
+    """A goal of a design under limits."""
+
+    def __init__(self, design: Design, goal: Goal, limits: Sequence[Limit]):
+        self.design, self.goal, self.limits = design, goal, tuple(limits)
+        self.size = 1.0  # of the goal
+
+    def merit(self, end: Solved) -> tuple[float, float]:
+        """Smaller is better: limits first."""
+        return (0.0 if end.shortfall <= KEPT else end.shortfall), self.goal.sign * end.goal
+
+    def judged(self, x: np.ndarray) -> Solved:
+        """A point as the end of a search."""
+        point, sign = self.design.point(x), self.goal.sign
+        if point.reason:
+            return Solved(point.x, sign * math.inf, math.inf, False)
+        short, smooth = self.shortfall(point.values), False
+        if not self.design.without and short <= KEPT:
+            with suppress(Impossible):
+                smooth = self.prices(point)[1] < STILL
+        return Solved(point.x, point.values[self.goal.name], short, smooth)
+
+    def shortfall(self, values: Mapping[str, float]) -> float:
+        """Of the worst limit over its size; 0 where all hold."""
+        return max((0.0, *(-i.room(values[i.name]) / i.size for i in self.limits)))
+
+    def active(self, point: Point) -> list[Limit]:
+        """Limits without room."""
+        return [i for i in self.limits if i.room(point.values[i.name]) < EDGE * i.size]
+
+    def prices(self, point: Point) -> tuple[dict[str, float], float]:
         """Prices of a unit of each active limit and of a coordinate at its bound, in units of the
         goal. Rest of the slopes that they do not balance, over the goal. Raises Impossible.
         """
-        active, bounds = self.active(point, limits), self.at_bounds(point)
+        active, bounds, free = self.active(point), self.design.at_bounds(point), self.design.free
         columns = [i.sign * point.slopes[i.name] for i in active]
-        columns += [-way * np.eye(len(self.free))[k] for k, way in bounds.items()]
-        names = [i.text for i in active] + [self.free[k].name for k in bounds]
-        slope, size = goal.sign * point.slopes[goal.name], abs(point.values[goal.name]) or 1.0
+        columns += [-way * np.eye(len(free))[k] for k, way in bounds.items()]
+        names = [i.text for i in active] + [free[k].name for k in bounds]
+        slope = self.goal.sign * point.slopes[self.goal.name]
+        size = abs(point.values[self.goal.name]) or 1.0
         if not columns:
             return {}, float(np.linalg.norm(slope)) / size
         table = np.stack(columns, axis=1)
@@ -342,79 +329,65 @@ class Design(Varying):
         shares, rest = nnls(table / sizes, slope)
         return dict(zip(names, (shares / sizes).tolist(), strict=True)), float(rest) / size
 
-    def look(self, places: np.ndarray) -> list[dict[str, float]]:
-        """Metrics at coordinates (points, parameters); empty where there is no run."""
-        return [self.point(x).values for x in places]
-
-    def starts(
-        self, count: int, seed: int, goal: Goal, limits: Sequence[Limit], looked: int
-    ) -> Iterator[np.ndarray]:
+    # --- the search
+    def starts(self, count: int, seed: int) -> Iterator[np.ndarray]:
         """Starts: the scene, then the best of Sobol' points between the bounds, those that are near
         a better one last.
         """
-        yield self.inside
+        design = self.design
+        yield design.inside
         if count < 2:
             return
-        ends, places = [], self.spread(max(looked, count - 1), seed)
-        for x, values in zip(places, self.look(places), strict=True):
-            if all(math.isfinite(values.get(n, math.nan)) for n in self.wanted):
-                ends.append(Solved(x, values[goal.name], shortfall(values, limits), False))
-        ends.sort(key=lambda s: s.merit(goal.sign))
-        apart: list[np.ndarray] = []
-        for x in (s.x for s in ends):
-            if all(np.max(np.abs(x - a) / np.ptp(self.ends, axis=1)) > NEAR for a in apart):
-                apart.append(x)
-        near = [s.x for s in ends if not any(s.x is a for a in apart)]
+        ends, places = [], design.spread(max(design.looked, count - 1), seed)
+        for x, values in zip(places, design.look(places), strict=True):
+            if all(math.isfinite(values.get(n, math.nan)) for n in design.wanted):
+                ends.append(Solved(x, values[self.goal.name], self.shortfall(values), False))
+        apart, near = [], []
+        for x in (end.x for end in sorted(ends, key=self.merit)):
+            beside = any(design.distance(x, a) <= NEAR for a in apart)
+            (near if beside else apart).append(x)
         yield from [*apart, *near][: count - 1]
 
+    def solved(self, x: np.ndarray, finish: float = FINISH) -> Solved:
+        """The best design from a start."""
+        self.size = abs(self.design.point(x).values.get(self.goal.name, 0.0)) or 1.0
 
-class _Scaled:
-    """Goal and limits over their sizes, as functions of the coordinates."""
+        def better(best: Solved, search: Callable) -> Solved:
+            return min((best, self.judged(search(best.x))), key=self.merit)
 
-    def __init__(self, design: Design, goal: Goal, limits: tuple[Limit, ...], start: Point):
-        self.design, self.goal, self.limits = design, goal, limits
-        self.size = abs(start.values.get(goal.name, 0.0)) or 1.0
+        best = self.judged(x)
+        if not self.design.without:
+            best = better(best, partial(self.by_slopes, finish=finish))
+        return best if best.smooth else better(best, self.without_slopes)
 
-    def cost(self, x: np.ndarray) -> float:
-        """The scaled goal."""
-        point = self.design.point(x)
-        return FAILED if point.reason else self.goal.sign * point.values[self.goal.name] / self.size
-
-    def cost_slope(self, x: np.ndarray) -> np.ndarray:
-        """Its slopes; 0 where there are none, which ends a search."""
-        slopes = self._slopes(x)
-        if slopes is None:
-            return np.zeros(len(x))
-        return self.goal.sign * slopes[self.goal.name] / self.size
-
-    def rooms(self, x: np.ndarray) -> np.ndarray:
-        """Room of each limit over its size."""
-        point = self.design.point(x)
+    def scaled(self, x: np.ndarray) -> np.ndarray:
+        """The goal, then the rooms of the limits, over their sizes."""
+        point, goal = self.design.point(x), self.goal
         if point.reason:
-            return np.full(len(self.limits), -FAILED)
-        return np.array([i.room(point.values[i.name]) / i.size for i in self.limits])
+            return np.array([FAILED, *[-FAILED] * len(self.limits)])
+        rooms = (i.room(point.values[i.name]) / i.size for i in self.limits)
+        return np.array([goal.sign * point.values[goal.name] / self.size, *rooms])
 
-    def room_slopes(self, x: np.ndarray) -> np.ndarray:
-        """Slopes of the rooms, (limits, coordinates)."""
-        slopes = self._slopes(x)
-        if slopes is None:
-            return np.zeros((len(self.limits), len(x)))
-        return np.array([i.sign * slopes[i.name] / i.size for i in self.limits])
-
-    def _slopes(self, x: np.ndarray) -> dict[str, np.ndarray] | None:
+    def slopes(self, x: np.ndarray) -> np.ndarray:
+        """Their slopes (values, coordinates); 0 where there are none, which ends a search."""
         point = self.design.point(x)
-        try:
-            return None if point.reason else point.slopes
-        except Impossible:
-            return None
+        rows = [(self.goal, self.size), *((i, i.size) for i in self.limits)]
+        with suppress(Impossible):
+            if not point.reason:
+                return np.array([of.sign * point.slopes[of.name] / size for of, size in rows])
+        return np.zeros((len(rows), len(x)))
 
     def by_slopes(self, x: np.ndarray, finish: float) -> np.ndarray:
         """The end of sequential quadratic programming."""
-        rooms = {"type": "ineq", "fun": self.rooms, "jac": self.room_slopes}
+        rooms = {
+            "type": "ineq",
+            "fun": lambda x: self.scaled(x)[1:],
+            "jac": lambda x: self.slopes(x)[1:],
+        }
         solution = minimize(
-            self.cost,
+            lambda x: self.scaled(x)[0],
             x,
-            jac=self.cost_slope,
+            jac=lambda x: self.slopes(x)[0],
             bounds=self.design.ends,
             method="SLSQP",
             constraints=[rooms] if self.limits else [],
@@ -425,12 +398,16 @@ class _Scaled:
     def without_slopes(self, x: np.ndarray) -> np.ndarray:
         """The end of a search in a trust region with quadratic models of values alone."""
         low, width = self.design.ends[:, 0], np.ptp(self.design.ends, axis=1)
-        inside = NonlinearConstraint(lambda y: self.rooms(low + y * width), 0.0, math.inf)
+
+        def values(y: np.ndarray) -> np.ndarray:
+            return self.scaled(low + y * width)
+
+        inside = NonlinearConstraint(lambda y: values(y)[1:], 0.0, math.inf)
         first, last = RADIUS
         solution = minimize(
-            lambda y: self.cost(low + y * width),
+            lambda y: values(y)[0],
             (x - low) / width,
-            bounds=Bounds(np.zeros(len(x)), np.ones(len(x))),
+            bounds=[(0.0, 1.0)] * len(x),
             method="COBYQA",
             constraints=[inside] if self.limits else [],
             options={
@@ -440,13 +417,3 @@ class _Scaled:
             },
         )
         return low + solution.x * width
-
-
-def shortfall(values: Mapping[str, float], limits: Sequence[Limit]) -> float:
-    """Of the worst limit over its size; 0 where all hold."""
-    return max((0.0, *(-i.room(values[i.name]) / i.size for i in limits)))
-
-
-def with_margins(limits: Sequence[Limit], margins: Mapping[str, float]) -> list[Limit]:
-    """Limits with margins by their texts."""
-    return [replace(i, margin=margins.get(i.text, 0.0)) for i in limits]

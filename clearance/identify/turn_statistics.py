@@ -32,6 +32,7 @@ RTOL = 1e-6
 BANDS = (1, 3, 9, 33)  # first orders of the bands of a spectrum; the last ends at half the samples
 ROUNDS, SHRUNK = 4, 0.35  # boxes, and the width of one over that before, at least
 DEVIATIONS = 4.0  # half the width of a box, in deviations of the parameters, at least
+EDGE = 1e-9  # of half the width of a box, by which points may lie outside
 LEAST = 1e-12  # power over that of all orders, below which a band is empty
 
 
@@ -39,13 +40,14 @@ def turns_of(problem: Problem) -> int:
     """Full turns of the shortest record; 0 where nothing turns."""
     if not problem.turn:
         return 0
-    return min(math.floor(_places(problem, i)[-1] + _step(problem, i)) for i in _all(problem))
+    sizes = (_places(problem, i) for i in range(len(problem.curves)))
+    return min(math.floor(places[-1] + 1.0 / count) for places, count in sizes)
 
 
 def reason_without(problem: Problem) -> str:
     """Reason for which there is no fit by statistics; "" where there is one."""
-    if turns_of(problem) < FEWEST:
-        return f"statistics need at least {FEWEST} turns, and the record has {turns_of(problem)}"
+    if (turns := turns_of(problem)) < FEWEST:
+        return f"statistics need at least {FEWEST} turns, and the record has {turns}"
     if not problem.stated:
         return "statistics need the noise of the sensor, which is in them: give noise"
     if any(n != SHIFT for _, n in problem.nuisances):
@@ -61,49 +63,41 @@ class TurnStatistics:
     def __init__(self, problem: Problem, seed: int):
         self.problem, self.seed = problem, seed
         self.turns, self.evaluations = turns_of(problem), 0
-        parts = [
-            self._numbers(i, _places(problem, i), c.measured.values, self.turns)
-            for i, c in enumerate(problem.curves)
-        ]
-        rows = np.concatenate(parts, axis=1)
+        places, self.counts = zip(
+            *(_places(problem, i) for i in range(len(problem.curves))), strict=True
+        )
+        values = (c.measured.values for c in problem.curves)
+        parts = zip(places, values, self.counts, strict=True)
+        rows = np.concatenate([_numbers(*part, self.turns) for part in parts], axis=1)
         self.seen = np.isfinite(rows).all(axis=0)
         self.measured = rows[:, self.seen].mean(axis=0)
-
-    def _numbers(self, i: int, places: np.ndarray, values: np.ndarray, turns: int) -> np.ndarray:
-        """Numbers (turns, ...) of a channel; places: of its values [turns]."""
-        count = round(1.0 / _step(self.problem, i))
-        at = np.arange(turns * count) / count
-        by_turn = cubic(places, values, at).reshape(turns, count)
-        power = np.abs(np.fft.rfft(by_turn, axis=1)) ** 2
-        ends = [*(b for b in BANDS if b < count // 2), count // 2 + 1]
-        bands = [power[:, a:b].sum(axis=1) for a, b in zip(ends[:-1], ends[1:], strict=True)]
-        total = power[:, 1:].sum(axis=1)
-        columns = [total, np.ptp(by_turn, axis=1) ** 2, *bands]
-        empty = [c.mean() < LEAST * total.mean() for c in columns]
-        logs = [
-            np.full(turns, math.nan) if e else 0.5 * np.log(np.maximum(c, 1e-300))
-            for c, e in zip(columns, empty, strict=True)
-        ]
-        return np.stack(logs, axis=1)
 
     def of(self, x: np.ndarray) -> np.ndarray:
         """Numbers (TURNS, ...) of a run at coordinates. Raises Impossible."""
         problem, random = self.problem, np.random.default_rng(self.seed)
         scene = problem.scene_of(x, problem.groups[0].changes)
-        per_turn = round(1.0 / min(_step(problem, i) for i in _all(problem)))
         length = math.ceil(problem.settle) + TURNS + 1
-        run = problem.prepared(
-            scene, until=length * scene.turn, samples=length * per_turn + 1, rtol=RTOL
-        )
+        samples = length * max(self.counts) + 1
+        run = problem.prepared(scene, until=length * scene.turn, samples=samples, rtol=RTOL)
         record, parts = recorded(run), []
         self.evaluations += 1
-        for i, curve in enumerate(problem.curves):
-            places = np.arange(round((TURNS + 0.5) / _step(problem, i))) * _step(problem, i)
-            times = record.time_at(places + problem.settle)
-            values = problem.sensed(record, i, times)
+        for i, (curve, count) in enumerate(zip(problem.curves, self.counts, strict=True)):
+            places = np.arange(round((TURNS + 0.5) * count)) / count
+            values = problem.sensed(record, i, record.time_at(places + problem.settle))
             values = values + random.normal(0.0, curve.sigma, values.size)
-            parts.append(self._numbers(i, places, values, TURNS))
+            parts.append(_numbers(places, values, count, TURNS))
         return np.concatenate(parts, axis=1)[:, self.seen]
+
+
+def _numbers(places: np.ndarray, values: np.ndarray, count: int, turns: int) -> np.ndarray:
+    """Numbers (turns, ...) of a channel; places: of its values [turns]; count: of them, a turn."""
+    by_turn = cubic(places, values, np.arange(turns * count) / count).reshape(turns, count)
+    power = np.abs(np.fft.rfft(by_turn, axis=1)) ** 2
+    bands = np.add.reduceat(power, [b for b in BANDS if b < count // 2], axis=1)
+    total = power[:, 1:].sum(axis=1)
+    columns = np.column_stack([total, np.ptp(by_turn, axis=1) ** 2, bands])
+    columns[:, columns.mean(axis=0) < LEAST * total.mean()] = math.nan
+    return 0.5 * np.log(np.maximum(columns, 1e-300))
 
 
 def by_statistics(
@@ -116,9 +110,8 @@ def by_statistics(
     made, p = TurnStatistics(problem, seed), len(problem.free)
     if made.measured.size <= p:
         raise ValueError(f"fit: {made.measured.size} statistics do not determine {p} parameters")
-    low, high = problem.ends.T
-    points, means, rows = [], [], []
-    box = low, high
+    low, high = box = problem.ends.T
+    runs: list[tuple[np.ndarray, np.ndarray]] = []
     count = 2 ** math.ceil(math.log2(4 + (p + 1) * (p + 2)))
     for turn in range(ROUNDS):
         for x in problem.spread(count, seed + turn, box):
@@ -128,16 +121,14 @@ def by_statistics(
                 problem.reason = str(reason)
                 continue
             if np.isfinite(numbers).all():
-                points.append(x)
-                means.append(numbers.mean(axis=0))
-                rows.append(numbers)
+                runs.append((x, numbers))
         if progress is not None:
             progress((turn + 1) / ROUNDS)
-        x, covariance, cost = _least(made, np.array(points), np.array(means), rows, box)
+        x, covariance, cost = _least(made, runs, box)
         half = 0.5 * (box[1] - box[0])
         wide = np.maximum(DEVIATIONS * np.sqrt(np.diag(covariance)), SHRUNK * half)
         wide = np.minimum(wide, half)
-        box = np.maximum(x - wide, low), np.minimum(x + wide, high)
+        box = np.array([np.maximum(x - wide, low), np.minimum(x + wide, high)])
     solved = Solved(np.append(x, problem.middle[p:]), cost, True)
     return solved, _verdict(problem, made, solved, covariance)
 
@@ -168,48 +159,41 @@ def _verdict(
 
 
 def _least(
-    made: TurnStatistics,
-    points: np.ndarray,
-    means: np.ndarray,
-    rows: Sequence[np.ndarray],
-    box: tuple[np.ndarray, np.ndarray],
+    made: TurnStatistics, runs: Sequence[tuple[np.ndarray, np.ndarray]], box: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Least Q in a box, the covariance there, and half of Q."""
-    low, high = box
-    inside = ((points >= low - 1e-12) & (points <= high + 1e-12)).all(axis=1)
-    points, means = points[inside], means[inside]
-    if len(points) < (len(low) + 1) * (len(low) + 2) // 2 + 1:
+    middle, wide = box.mean(axis=0), 0.5 * np.ptp(box, axis=0)
+    near = [((x - middle) / wide, rows) for x, rows in runs]
+    near = [(y, rows) for y, rows in near if (np.abs(y) <= 1.0 + EDGE).all()]
+    p = wide.size
+    if len(near) < (p + 1) * (p + 2) // 2 + 1:
         raise ValueError(f"fit: too few runs for statistics: {made.problem.reason}")
-    middle, wide = 0.5 * (low + high), 0.5 * (high - low)
-    terms = _terms((points - middle) / wide)
+    points, means = np.array([y for y, _ in near]), np.array([r.mean(axis=0) for _, r in near])
+    terms = _terms(points)
     weights, *_ = np.linalg.lstsq(terms, means, rcond=None)
     gap = np.linalg.norm((means - made.measured) / (means.std(axis=0) + 1e-12), axis=1)
-    near = int(np.argmin(gap))
-    of_turn = _of_turn(rows[int(np.flatnonzero(inside)[near])])
+    order = np.argsort(gap)
     # of the quadratic: what runs of so many points leave, and what it does not follow
-    errors = means - terms @ weights
-    spare = max(len(points) - terms.shape[1], 1)
-    of_fit = (errors.T @ errors) / spare * terms.shape[1] / len(points)
-    covariance = of_turn / made.turns + of_fit
+    errors, (count, size) = means - terms @ weights, terms.shape
+    of_fit = (errors.T @ errors) / max(count - size, 1) * size / count
+    covariance = _of_turn(near[order[0]][1]) / made.turns + of_fit
     root = np.linalg.inv(np.linalg.cholesky(covariance + 1e-14 * np.eye(len(covariance))))
 
     def residuals(y: np.ndarray) -> np.ndarray:
         return root @ (_terms(y[None])[0] @ weights - made.measured)
 
-    begins = np.clip((points[np.argsort(gap)[:3]] - middle) / wide, -1.0, 1.0)
-    ends = [least_squares(residuals, y, bounds=(-1.0 - 1e-9, 1.0 + 1e-9)) for y in begins]
-    end = min(ends, key=lambda e: e.cost)
-    freedom = max(made.measured.size - len(low), 1)
+    begins, bounds = np.clip(points[order[:3]], -1.0, 1.0), (-1.0 - EDGE, 1.0 + EDGE)
+    end = min((least_squares(residuals, y, bounds=bounds) for y in begins), key=lambda e: e.cost)
+    freedom = max(made.measured.size - p, 1)
     cost = max(float(end.cost), 0.5 * freedom)  # larger residuals widen the intervals
-    slopes = end.jac / wide
-    return middle + wide * end.x, spread(slopes, cost, made.measured.size)[0], float(end.cost)
+    covariance, *_ = spread(end.jac / wide, cost, made.measured.size)
+    return middle + wide * end.x, covariance, float(end.cost)
 
 
 def _terms(y: np.ndarray) -> np.ndarray:
     """Terms of a quadratic at points (n, p)."""
-    p = y.shape[1]
-    pairs = [y[:, i] * y[:, j] for i in range(p) for j in range(i + 1)]
-    return np.stack([np.ones(len(y)), *y.T, *pairs], axis=1)
+    i, j = np.tril_indices(y.shape[1])
+    return np.column_stack([np.ones(len(y)), y, y[:, i] * y[:, j]])
 
 
 def _of_turn(rows: np.ndarray) -> np.ndarray:
@@ -222,16 +206,7 @@ def _of_turn(rows: np.ndarray) -> np.ndarray:
     return plain * np.outer(growth, growth)
 
 
-def _all(problem: Problem) -> range:
-    return range(len(problem.curves))
-
-
-def _places(problem: Problem, i: int) -> np.ndarray:
-    """Places of the values of a record [turns], from 0 on."""
+def _places(problem: Problem, i: int) -> tuple[np.ndarray, int]:
+    """Places of the values of a record [turns], from 0 on, and the full number of them a turn."""
     turns = problem.in_turns(i)
-    return turns - turns[0]
-
-
-def _step(problem: Problem, i: int) -> float:
-    """Distance of the values of a record [turns], a full number of them a turn."""
-    return 1.0 / max(round(1.0 / float(np.median(np.diff(_places(problem, i))))), 8)
+    return turns - turns[0], max(round(1.0 / float(np.median(np.diff(turns)))), 8)

@@ -11,7 +11,7 @@ from scipy.optimize import brentq, minimize, minimize_scalar
 import clearance as cl
 from clearance.cli import main
 from clearance.identify.designs import optimize
-from clearance.identify.optimum import Design, parts_of_limit
+from clearance.identify.optimum import Aim, parts_of_limit
 
 RADIUS, LENGTH, LOAD, SPEED, VISCOSITY = 10e-3, 8e-3, 1000.0, 200.0, 0.05
 CLEARANCE, RATIO = "joints/B/clearance", "joint_B_eccentricity_ratio_max"
@@ -187,13 +187,13 @@ def test_an_interrupted_search_goes_on(tmp_path, monkeypatch):
     call = {"minimize": "loss_mean", "starts": 1, "folder": tmp_path, **RUN}
     with pytest.raises(KeyboardInterrupt):
         optimize(bearing(), BOUNDS, progress=interrupt, **call)
-    solved, finished = Design.solved, []
+    solved, finished = Aim.solved, []
 
-    def counted(self, x, goal, limits, *finish):
+    def counted(self, x, *finish):
         finished.append(bool(finish))
-        return solved(self, x, goal, limits, *finish)
+        return solved(self, x, *finish)
 
-    monkeypatch.setattr(Design, "solved", counted)
+    monkeypatch.setattr(Aim, "solved", counted)
     best = optimize(bearing(), BOUNDS, **call)
     assert finished == [True]  # the best one, to its end
     document = json.loads((tmp_path / "optimum.json").read_text())
@@ -210,11 +210,18 @@ def test_an_interrupted_search_goes_on(tmp_path, monkeypatch):
         ({"limits": "joints/B/gap_mi > 1um"}, "did you mean joint_B_gap_min"),
         ({"limits": "joints/B/gap_min = 1um"}, "METRIC > VALUE"),
         ({"limits": "joints/B/gap_min > 1N"}, "is in N, expected m"),
-        ({"limits": "joints/B/gap_min > 1mm"}, "no design .* joint_B_gap_min > 0.001: the nearest"),
+        (
+            {"limits": "joints/B/gap_min > 1mm"},
+            "joint_B_gap_min > 0.001 m: the nearest has .* um., at .* m ",
+        ),
         ({"parameters": {CLEARANCE: (2.0, 1.0)}}, "must rise"),
         ({"parameters": {}}, "at least one parameter"),
         ({"share": "120%"}, "share must lie between 0 and 1"),
-        ({"tolerance": {CLEARANCE: "1N"}}, "tolerance of joints/B/clearance"),
+        ({"tolerance": {CLEARANCE: "2um"}}, "a tolerance widens limits, and there is none"),
+        (
+            {"tolerance": {CLEARANCE: "1N"}, "limits": "loss_mean < 1W"},
+            "tolerance of joints/B/clearance",
+        ),
         ({"starts": 0}, "starts must be a whole number"),
     ],
 )

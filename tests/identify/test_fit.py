@@ -444,12 +444,12 @@ def test_axes_are_fitted_apart_where_no_trial_couples_them():
     """Axes are one fit only where the model couples them and a trial moves both."""
     model = lugre3d()
     search = fitting.Search(model)
-    apart = fitting.parts(model, search, programme(500))
+    apart = fitting.parts(search, programme(500))
     assert [int(p.free.sum()) for p in apart] == [6, 6]
     assert [len(p.trials) for p in apart] == [4, 4]
-    together = fitting.parts(model, search, programme(500, axes=((0,), (0, 2))))
+    together = fitting.parts(search, programme(500, axes=((0,), (0, 2))))
     assert [int(p.free.sum()) for p in together] == [12]
-    ours = fitting.parts(lugre1d(), fitting.Search(lugre1d()), programme(500, axes=((0, 2),)))
+    ours = fitting.parts(fitting.Search(lugre1d()), programme(500, axes=((0, 2),)))
     assert [int(p.free.sum()) for p in ours] == [6, 6]
 
 
