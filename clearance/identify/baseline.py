@@ -39,8 +39,7 @@ def baseline(path: str | Path, count: int, starts: int = 3) -> dict[str, dict]:
         raise ValueError(f"{path}: its only label is the speed, which a record states")
     bounds = {n: (labels[n].min() / ROOM, labels[n].max() * ROOM) for n in names}
     case, fixed, lowpass = find_case(about["case"]), json.loads(about["fixed"]), about["lowpass"]
-    misses: dict[str, list] = {n: [] for n in names}
-    inside: dict[str, list] = {n: [] for n in names}
+    misses, inside = [], []
     for i in np.flatnonzero(labels["done"][:count]):
         speed = {"speed": float(labels["speed"][i])} if "speed" in labels else {}
         scene, curves = case.scene(**fixed | speed), []
@@ -50,14 +49,11 @@ def baseline(path: str | Path, count: int, starts: int = 3) -> dict[str, dict]:
             curves.append(Curve(record, c, noise, (), json.loads(lowpass)))
         free = [bounded(scene, n, bounds[n]) for n in names]
         result = fitted(Problem(scene, free, curves, float(about["settle"])), starts, 0)
-        for n, interval in result.intervals.items():
-            misses[n].append(math.log(interval.value / labels[n][i]))
-            inside[n].append(interval.low <= labels[n][i] <= interval.high)
+        pairs = [(result.intervals[n], labels[n][i]) for n in names]
+        misses.append([math.log(interval.value / true) for interval, true in pairs])
+        inside.append([interval.low <= true <= interval.high for interval, true in pairs])
+    rms, shares = np.sqrt(np.mean(np.square(misses), axis=0)), np.mean(inside, axis=0)
+    scores = zip(names, rms.tolist(), shares.tolist(), strict=True)
     return {
-        n: {
-            "rms_of_logarithm": float(np.sqrt(np.mean(np.square(misses[n])))),
-            "inside_95": float(np.mean(inside[n])),
-            "records": len(misses[n]),
-        }
-        for n in names
+        n: {"rms_of_logarithm": r, "inside_95": s, "records": len(misses)} for n, r, s in scores
     }

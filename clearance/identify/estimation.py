@@ -519,13 +519,13 @@ def parts(search: Search, trials: Sequence) -> list[Part]:
     for _ in range(p.bit_length()):
         together = together @ together
     first = together.argmax(axis=1)
-    found = []
+    apart = []
     for label in dict.fromkeys(first[row.argmax()] for row in seen if row.any()):
         here = [pieces[k] for k in np.flatnonzero(seen[:, first == label].any(axis=1))]
         ours = {id(trial): trial for trial, _ in here}.values()
         axes = [np.array([a for t, a in here if t is trial]) for trial in ours]
-        found.append(Part(first == label, list(ours), axes))
-    return found
+        apart.append(Part(first == label, list(ours), axes))
+    return apart
 
 
 class Found(NamedTuple):

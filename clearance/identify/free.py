@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from clearance.accuracy.by_differences import WIDTH
+from clearance.accuracy.by_differences import WIDTH, Impossible
 from clearance.files.locks import replace_file
 from clearance.files.texts import document_of
 from clearance.results.recorder import MemoryRecord
@@ -33,6 +33,7 @@ Bounds = Mapping[str, tuple[float | str, float | str] | str]
 
 
 RUN = "run.h5"  # of the result of a search
+NO_RUN = Impossible, ValueError, ArithmeticError  # of a scene that cannot be run
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -64,26 +65,26 @@ def read(path: str | Path, column: str | None = None) -> Measured:
     if len(second) == len(first) and all(_number(cell) is None for cell in second):
         pairs, cells = zip(first, second, strict=True), cells[1:]
         first = [f"{name} [{unit.strip('[] ')}]" for name, unit in pairs]
-    names = [_parts(cell)[0] for cell in first]
-    places = [i for i, cell in enumerate(first) if _along(cell) and names[i] != column]
-    named = [i for i in places if _named(names[i])]
+    heads = [Heading.of(cell) for cell in first]
+    names = [head.name for head in heads]
+    places = [i for i, head in enumerate(heads) if head.runs and head.name != column]
     if not places:
         raise ValueError(
             f"{path}: no column is time or angle, by its name or its unit; columns: "
             f"{', '.join(names)}"
         )
-    x_at = (named or places)[0]
-    y_at = _column(path, names, x_at, column)
-    (_, kind, factor), (name, units, size) = (_heading(path, line, first[i]) for i in (x_at, y_at))
+    x_at = next((i for i in places if heads[i].along), places[0])
+    y_at = _column(path, heads, x_at, column)
+    (kind, factor), (units, size) = (heads[i].si(f"{path}:{line}") for i in (x_at, y_at))
     x, values = _numbers(path, cells, (x_at, y_at)).T
-    along = "angle" if "rad" in (kind, _named(names[x_at])) else "time"
+    along = "angle" if "rad" in (kind, heads[x_at].along) else "time"
     x = x * factor / (2.0 * math.pi if along == "angle" else 1.0)
     if along == "angle":
         x = x + np.append(0.0, np.cumsum(np.diff(x) < -0.5))
     if not (np.diff(x) > 0.0).all():
         row = int(np.argmax(np.diff(x) <= 0.0)) + 1
         raise ValueError(f"{path}:{cells[row][0]}: {names[x_at]} must grow from row to row")
-    return Measured(path, name, units, along, x, values * size)
+    return Measured(path, names[y_at], units, along, x, values * size)
 
 
 def parts_of(lengths: Iterable[int]) -> list[slice]:
@@ -99,52 +100,54 @@ def _number(cell: str) -> float | None:
         return None
 
 
-def _parts(cell: str) -> tuple[str, str]:
-    """Name and unit of a column; "" where there is none."""
-    match = HEADING.match(cell)
-    unit = next((u for u in match.groups()[1:] if u is not None), "")
-    return match[1], plain(unit or _ending(match[1])[1])
+class Heading(NamedTuple):
+    """A column: its name, the same without a unit at its end, and the unit, "" where there is none:
+    "a [m/s2]", "crank_angle_deg", "a_m_s2".
+    """
+
+    name: str
+    stem: str
+    unit: str
+
+    @classmethod
+    def of(cls, cell: str) -> "Heading":
+        name, *units = HEADING.match(cell).groups()
+        unit = next((plain(u) for u in units if u is not None), "")
+        parts = name.split("_")
+        for first in range(max(len(parts) - 3, 1), len(parts)):
+            for mark in ("/", ""):
+                if (ending := plain(mark.join(parts[first:]))) in ALL_UNITS:
+                    return cls(name, "_".join(parts[:first]), unit or ending)
+        return cls(name, name, unit)
+
+    @property
+    def along(self) -> str | None:
+        """SI unit of a column that a record runs along by its name; None for others."""
+        stem = self.stem
+        return ALONG.get(stem.lower().replace("_", " ") if len(stem) > 1 else stem)
+
+    @property
+    def runs(self) -> bool:
+        """True for a column of time or angle, by its name or its unit."""
+        kind = ALL_UNITS.get(self.unit, (self.unit or "?",))[0]
+        return kind in (self.along, "?") if self.along else kind in ALONG.values()
+
+    def si(self, place: str) -> tuple[str, float]:
+        """SI unit and factor; the unit is "?" where there is none. Raises ValueError."""
+        if self.unit in ("", "-", "1"):
+            return "1" if self.unit else "?", 1.0
+        known(f"{place}: column {self.name!r}: unknown unit", self.unit, ALL_UNITS)
+        return ALL_UNITS[self.unit]
 
 
-def _heading(path: Path, line: int, cell: str) -> tuple[str, str, float]:
-    """Name, SI unit and factor of a column; the unit is "?" where there is none."""
-    name, unit = _parts(cell)
-    if unit in ("", "-", "1"):
-        return name, "?" if unit == "" else "1", 1.0
-    known(f"{path}:{line}: column {name!r}: unknown unit", unit, ALL_UNITS)
-    return name, *ALL_UNITS[unit]
-
-
-def _ending(name: str) -> tuple[str, str]:
-    """A name without the unit at its end, and that: "crank_angle_deg", "a_m_s2"."""
-    parts = name.split("_")
-    for first in range(max(len(parts) - 3, 1), len(parts)):
-        for mark in ("/", ""):
-            if (unit := plain(mark.join(parts[first:]))) in ALL_UNITS:
-                return "_".join(parts[:first]), unit
-    return name, ""
-
-
-def _named(name: str) -> str | None:
-    """SI unit of a column that a record runs along by its name; None for others."""
-    base = _ending(name)[0]
-    return ALONG.get(base.lower().replace("_", " ") if len(base) > 1 else base)
-
-
-def _along(cell: str) -> bool:
-    """True for a column of time or angle, by its name or its unit."""
-    name, unit = _parts(cell)
-    named, kind = _named(name), ALL_UNITS.get(unit, (unit or "?",))[0]
-    return kind in (named, "?") if named else kind in ALONG.values()
-
-
-def _column(path: Path, names: list[str], x_at: int, column: str | None) -> int:
+def _column(path: Path, heads: list[Heading], x_at: int, column: str | None) -> int:
     """Place of the values. Raises ValueError where that is not clear."""
-    others = [i for i in range(len(names)) if i != x_at]
-    listed = ", ".join(names[i] for i in others)
+    others = [i for i in range(len(heads)) if i != x_at]
+    listed = ", ".join(heads[i].name for i in others)
     if column is not None:
-        same = [i for i in others if column in (names[i], _ending(names[i])[0])]
+        same = [i for i in others if column in heads[i][:2]]
         if not same:
+            names = [head.name for head in heads]
             raise ValueError(f"{path}: no column {column!r}{meant(column, names)}; it has {listed}")
         return same[0]
     if len(others) != 1:

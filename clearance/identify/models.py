@@ -30,6 +30,7 @@ from clearance.identify.lugre_kernel import DAMPING, TORQUE, VISCOUS, Form
 from clearance.values.checks import finite, non_negative, one_of, positive, whole
 
 Values = np.ndarray | Sequence[float] | Mapping[str, float]
+Bounds = Mapping[str, tuple[float, float]]
 AXES = "x", "y", "z"
 #: rates at which passivity is looked at [rad/s], 0.6 % apart
 SPEEDS = np.geomspace(1e-6, 1e4, 4001)
@@ -126,7 +127,7 @@ class Model:
     parameters: tuple[Parameter, ...]
     layout: Layout
     symmetric: bool
-    bounds: Mapping[str, tuple[float, float]]
+    bounds: Bounds
 
     @property
     def options(self) -> dict:
@@ -139,10 +140,8 @@ class Model:
 
         Prior of the logarithms of parameters, and of weights. Neighbouring knots are to be alike.
         """
-        stems, eye = (
-            [p.name.rpartition("_at_")[0] for p in self.parameters],
-            np.eye(len(self.parameters)),
-        )
+        stems = [p.name.rpartition("_at_")[0] for p in self.parameters]
+        eye = np.eye(len(stems))
         pairs = enumerate(itertools.pairwise(stems))
         rows = [eye[i + 1] - eye[i] for i, (a, b) in pairs if a and a == b]
         return self.smoothing * np.array(rows).reshape(-1, len(eye)), np.zeros(len(rows))
@@ -157,13 +156,13 @@ class Model:
         """Whose parameters the axes x, y, z have."""
         return ("tilt", "tilt", "spin") if self.symmetric else ("tilt_x", "tilt_y", "spin")
 
-    def bounded(self, parameters: Sequence[Parameter], least: float) -> tuple[Parameter, ...]:
-        """Parameters with the bounds requested."""
-        self._check_names(self.bounds, [p.name for p in parameters], "bounds")
+    def bounded(
+        self, parameters: Sequence[Parameter], bounds: Bounds, least: float
+    ) -> tuple[Parameter, ...]:
+        """Parameters with the bounds requested, above the least one or their own."""
+        self._check_names(bounds, [p.name for p in parameters], "bounds")
         return tuple(
-            p.within(self.bounds[p.name], least if p.low > 0.0 else p.low)
-            if p.name in self.bounds
-            else p
+            p.within(bounds[p.name], min(least, p.low)) if p.name in bounds else p
             for p in parameters
         )
 
@@ -340,7 +339,7 @@ class LuGre(Driven):
     lag: bool = False
     offset: bool = False
     position: int = 0
-    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    bounds: Bounds = field(default_factory=dict)
 
     def __post_init__(self):
         whole("position", self.position)
@@ -367,58 +366,39 @@ class LuGre(Driven):
         return {k: v for k, v in super().options.items() if k != "coupled"}
 
     @cached_property
-    def _functions(self) -> list[list[Parameter]]:
+    def _functions(self) -> list[Parameter]:
         """Parameters of T, sigma0, sigma1, sigma2 of one axis."""
-        bristles = [] if self.static else list(BRISTLES)
-        if self.network:
-            outputs, count = (
-                [replace(KINETIC, name="torque"), *bristles],
-                range(1, self.network + 1),
-            )
-            return [
-                *(
-                    [
-                        *(replace(WEIGHT, name=f"{p.name}_weight_{k}") for k in count),
-                        replace(p, name=f"{p.name}_level"),
-                    ]
-                    for p in outputs
-                ),
-                [THICK],
-            ]
-        if not self.knots:
-            return [[KINETIC, STATIC, SPEED], *([p] for p in bristles), [THICK]]
-        tables = [replace(KINETIC, name="torque"), *bristles]
-        return [
-            *([replace(p, name=f"{p.name}_at_{k:g}") for k in self.knots] for p in tables),
-            [THICK],
-        ]
+        bristles = [] if self.static else BRISTLES
+        if not self.knots and not self.network:
+            return [KINETIC, STATIC, SPEED, *bristles, THICK]
+        functions = replace(KINETIC, name="torque"), *bristles
+        return [*itertools.chain.from_iterable(map(self._table, functions)), THICK]
+
+    def _table(self, of: Parameter) -> list[Parameter]:
+        """Parameters of a function of the speed: at the knots, or a network's weights and level."""
+        if self.knots:
+            return [replace(of, name=f"{of.name}_at_{k:g}") for k in self.knots]
+        count = range(1, self.network + 1)
+        weights = (replace(WEIGHT, name=f"{of.name}_weight_{k}") for k in count)
+        return [*weights, replace(of, name=f"{of.name}_level")]
 
     @cached_property
     def _units(self) -> list[Parameter]:
         """Rates and steepnesses of a network's units, of one axis."""
-        rates = np.geomspace(0.02, 1.0, self.network + 2)[1:-1]
-        return [
-            *(
-                Parameter(f"unit_rate_{k}", "rad/s", 1e-3, 10.0, float(r))
-                for k, r in enumerate(rates, 1)
-            ),
-            *(
-                Parameter(f"unit_steepness_{k}", "1", 0.2, 5.0, 1.0)
-                for k in range(1, self.network + 1)
-            ),
-        ]
+        rates = enumerate(np.geomspace(0.02, 1.0, self.network + 2)[1:-1].tolist(), 1)
+        units = [Parameter(f"unit_rate_{k}", "rad/s", 1e-3, 10.0, r) for k, r in rates]
+        steep = Parameter("", "1", 0.2, 5.0, 1.0)
+        count = range(1, self.network + 1)
+        return units + [replace(steep, name=f"unit_steepness_{k}") for k in count]
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Fitted parameters, in the order of their vector."""
-        groups, functions = (
-            dict.fromkeys(self.groups),
-            [*self._units, *itertools.chain(*self._functions)],
-        )
-        functions += [FOLLOWS] * (self.load == "power")
+        groups = dict.fromkeys(self.groups)
+        functions = [*self._units, *self._functions] + [FOLLOWS] * (self.load == "power")
         parameters = [replace(p, name=f"{g}_{p.name}") for g in groups for p in functions]
         parameters += [replace(OFFSET, name=f"{g}_{n}") for g in groups for n in self._terms]
-        return self.bounded([*parameters, *([LAG] * self.lag)], 1e-12)
+        return self.bounded([*parameters, *([LAG] * self.lag)], self.bounds, 1e-12)
 
     @cached_property
     def _terms(self) -> list[str]:
@@ -541,7 +521,7 @@ class Curve(Driven):
     knots: tuple[float, ...] = KNOTS
     symmetric: bool = True
     nonnegative: bool = False
-    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    bounds: Bounds = field(default_factory=dict)
 
     name: ClassVar[str] = "curve"
     linear: ClassVar[bool] = True
@@ -558,7 +538,8 @@ class Curve(Driven):
         """Fitted parameters, in the order of their vector."""
         names = [f"{g}_torque_at_{k:g}" for g in dict.fromkeys(self.groups) for k in self.knots]
         low = 0.0 if self.nonnegative else -100.0
-        return self.bounded([Parameter(n, "N m", low, 100.0, 2.0) for n in names], low)
+        parameters = [Parameter(n, "N m", low, 100.0, 2.0) for n in names]
+        return self.bounded(parameters, self.bounds, low)
 
     @cached_property
     def places(self) -> np.ndarray:

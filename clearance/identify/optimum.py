@@ -35,7 +35,7 @@ from clearance.accuracy.by_differences import (
     reason_without,
     recorded,
 )
-from clearance.identify.free import Beside, Free, Varying
+from clearance.identify.free import NO_RUN, Beside, Free, Varying
 from clearance.metrics.metrics import Metric
 from clearance.metrics.of_points import of_point
 from clearance.results.recorder import MemoryRecord
@@ -150,7 +150,7 @@ class Point:
         try:
             self.scene = design.scene_of(x)
             self._begin(design.run_of(self.scene))
-        except (Impossible, ValueError, ArithmeticError) as reason:
+        except NO_RUN as reason:
             self.reason = str(reason)
 
     def _begin(self, run: Run) -> None:
@@ -252,7 +252,7 @@ class Design(Varying):
         return self.prepared(scene, **self.options)
 
     def summed(self, run: Run, record: MemoryRecord) -> dict[str, Metric]:
-        """Metrics of a run; all of them until some are wanted."""
+        """Metrics of a run; all of them before points need some."""
         ideal, scene = None, run.mechanism.scene
         if not self.wanted or any("_deviation" in n for n in self.wanted):
             ideal = ideal_motion(scene, run.span, record.scene)

@@ -30,6 +30,7 @@ from clearance.identify.axis_kernel import Layout, Leaves
 from clearance.identify.models import (
     FINER,
     LAG,
+    Bounds,
     Driven,
     Model,
     Parameter,
@@ -95,11 +96,9 @@ class Own(Model):
         """Fitted parameters, in the order of their vector."""
         return (*self.given, *([LAG] * self.lag))
 
-    def with_bounds(self, bounds: Mapping[str, tuple[float, float]]) -> "Own":
+    def with_bounds(self, bounds: Bounds) -> "Own":
         """The same with other bounds of some parameters."""
-        self._check_names(bounds, [p.name for p in self.given], "bounds")
-        bound = (p.within(bounds[p.name], -math.inf) if p.name in bounds else p for p in self.given)
-        return replace(self, given=tuple(bound))
+        return replace(self, given=self.bounded(self.given, bounds, -math.inf))
 
     def with_lag(self) -> "Own":
         """The same with a lag [s] of the torque.

@@ -442,22 +442,18 @@ def _columns(trial: Trial | Series) -> dict[str, np.ndarray]:
 
 
 def _write_csv(path: Path, measurement: Measurement) -> Path:
-    series = isinstance(measurement.trials[0], Series)
-    names = list(_columns(measurement.trials[0]) if series else COLUMNS)
-    there = {n for t in measurement.trials for n in _columns(t)}
-    names = [n for n in names if n in there or not n.startswith(OPTIONAL)]
     present = [label for label in LABELS if hasattr(measurement.trials[0], label)]
+    names = dict.fromkeys(n for t in measurement.trials for n in _columns(t))
     with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         file.writelines(f"# {k} = {v}\n" for k, v in measurement.facts.items())
         file.writelines(
             f"# {t.name}.{k} = {v}\n" for t in measurement.trials for k, v in t.facts.items()
         )
-        out = csv.writer(file)
-        out.writerow(["trial", *present, *names])
+        out = csv.DictWriter(file, ["trial", *present, *names])
+        out.writeheader()
         for t in measurement.trials:
-            labels, columns = [t.name, *(getattr(t, label) for label in present)], _columns(t)
-            cells = [
-                map(repr, columns[n].tolist()) if n in columns else [""] * t.samples for n in names
-            ]
-            out.writerows([*labels, *row] for row in zip(*cells, strict=True))
+            labels = {"trial": t.name, **{label: getattr(t, label) for label in present}}
+            columns = {n: map(repr, values.tolist()) for n, values in _columns(t).items()}
+            cells = zip(*columns.values(), strict=True)
+            out.writerows(labels | dict(zip(columns, row, strict=True)) for row in cells)
     return path

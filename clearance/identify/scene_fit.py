@@ -37,7 +37,7 @@ from clearance.accuracy.by_differences import (
 )
 from clearance.accuracy.fixed_steps import Refused
 from clearance.identify.estimation import least
-from clearance.identify.free import Beside, Free, Varying
+from clearance.identify.free import NO_RUN, Beside, Free, Varying
 from clearance.identify.measured import Measured, parts_of
 from clearance.metrics.sensor import crossed, filtered, turned
 from clearance.results.record import cubic
@@ -326,7 +326,7 @@ class Problem(Varying):
         """
         try:
             steps = self._at(x)
-        except (Impossible, ValueError, ArithmeticError) as reason:
+        except NO_RUN as reason:
             self.reason = str(reason)
             return np.full(self.size, math.nan)
         parts = {}
@@ -428,9 +428,14 @@ class Problem(Varying):
     # --- solutions
     def shifted(self, x: np.ndarray) -> np.ndarray:
         """The point with the shifts of least cost, looked for over one turn; over all of their
-        bounds, where nothing turns.
+        bounds, where nothing turns. The point itself where it has no run.
         """
-        x, steps = x.copy(), self._at(x)
+        try:
+            steps = self._at(x)
+        except NO_RUN as reason:
+            self.reason = str(reason)
+            return x
+        x = x.copy()
         for group, made in zip(self.groups, steps, strict=True):
             for i in (i for i in group.curves if (i, SHIFT) in self.column):
                 at, values = self.column[i, SHIFT], self.curves[i].measured.values
@@ -510,14 +515,7 @@ class Problem(Varying):
         points = self.spread(max(LOOKED, count - 1), seed)
         part = self.first(next(self._shares(), 1.0))
         looked = [np.append(point, self._still()) for point in points]
-        yield from sorted(looked, key=part._look)[: count - 1]
-
-    def _look(self, x: np.ndarray) -> float:
-        try:
-            errors = self.residuals(self.shifted(x))
-        except (Impossible, ValueError, ArithmeticError):
-            return math.inf
-        return float(np.sum(errors**2)) if np.isfinite(errors).all() else math.inf
+        yield from sorted(looked, key=lambda x: part.priced(part.shifted(x)).cost)[: count - 1]
 
     def followed(self, x: np.ndarray, report: Callable[[float], None]) -> "Solved":
         """The least cost from a start, whose shifts are looked for first, and at its end.
@@ -526,12 +524,7 @@ class Problem(Varying):
         lead to all of them: later parts have many minima. report: called with the share that is
         done.
         """
-        try:
-            x = self.shifted(x)
-        except (Impossible, ValueError, ArithmeticError) as reason:
-            self.reason = str(reason)
-            return Solved(x, math.inf, False)
-        shares = [*self._shares()]
+        x, shares = self.shifted(x), [*self._shares()]
         for k, share in enumerate(shares):
             report(k / (1 + len(shares)))
             before = self.first(share).solved(x, finish=LEADING, most=MOST_LEADING)

@@ -237,13 +237,13 @@ def _by_trajectories(
     Raises NotFollowed, after one start at the latest where that ends at the least cost and
     trajectories part before a record begins.
     """
-    known = Journal(journal, Solved, _about(problem, seed))
+    past = Journal(journal, Solved, _about(problem, seed))
     report = progress or (lambda share: None)
     problem = problem.before_horizon(problem.middle)
     loose, ends = problem.loose(), []
     for i, x in enumerate(loose.starts(starts, seed)):
         tell = partial(lambda i, share: report((i + share) / starts), i)
-        ends.append(known.end(lambda x=x, tell=tell: loose.followed(x, tell)))
+        ends.append(past.end(lambda x=x, tell=tell: loose.followed(x, tell)))
         if not i and math.isfinite(ends[0].cost):
             problem.before_horizon(ends[0].x)
         report((i + 1) / starts)

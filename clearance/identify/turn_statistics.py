@@ -19,8 +19,9 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.special import chdtrc
 
-from clearance.accuracy.by_differences import Impossible, recorded
+from clearance.accuracy.by_differences import recorded
 from clearance.identify.estimation import spread
+from clearance.identify.free import NO_RUN
 from clearance.identify.scene_fit import SHIFT, Problem, Solved
 from clearance.identify.verdict import DOUBTFUL, TOGETHER, Interval, Verdict
 from clearance.metrics.statistics import BATCHES, student
@@ -117,7 +118,7 @@ def by_statistics(
         for x in problem.spread(count, seed + turn, box):
             try:
                 numbers = made.of(x)
-            except (Impossible, ValueError, ArithmeticError) as reason:
+            except NO_RUN as reason:
                 problem.reason = str(reason)
                 continue
             if np.isfinite(numbers).all():
