@@ -553,14 +553,11 @@ class _Search:
             shares[limit.text] = probability(limit.sign * (values - limit.value) >= 0.0)
         return shares
 
-    def _about(self) -> list:
+    def _about(self) -> tuple:
         """All that the ends depend on."""
         design = self.design
-        about = [self.seed, self.starts, self.designs, design.scene.to_json()]
-        about += [design.settle, sorted((n, str(v)) for n, v in design.options.items())]
-        about += [[p.name, p.low, p.high] for p in design.free]
-        about += [[g.name, g.sign] for g in self.goals] + [i.text for i in self.limits]
-        return [*about, self.share, sorted(design.tolerances.items())]
+        runs = design.scene.to_json(), design.settle, design.options, design.free, design.tolerances
+        return runs, self.goals, self.limits, self.seed, self.starts, self.designs, self.share
 
 
 def _stated(errors, name: str, value: float) -> float | None:

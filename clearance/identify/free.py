@@ -166,14 +166,14 @@ class Beside:
 class Journal:
     """Ends of a search, which stand in a file (None: in none) and are taken from there.
 
-    kind: a dataclass of an end, coordinates first; about: all that the ends depend on, where a file
-    that differs is written anew.
+    kind: a dataclass of an end, coordinates first; about: all that the ends depend on, by its
+    representation; a file about anything else is written anew.
     """
 
     def __init__(self, path: Path | None, kind: type, about: Sequence):
-        about = [VERSION, [f.name for f in fields(kind)], *about]
+        names = [f.name for f in fields(kind)]
         self.path, self.kind, self.rows, self.done = path, kind, [], 0
-        self.key = hashlib.sha256(json.dumps(about).encode()).hexdigest()
+        self.key = hashlib.sha256(repr((VERSION, names, about)).encode()).hexdigest()
         if path is not None and path.is_file():
             before = document_of(path.read_text(encoding="utf-8"), path)
             self.rows = before["ends"] if before.get("key") == self.key else []

@@ -29,9 +29,12 @@ Facts of trials are SI: preload [N], amplitude [rad], speed [rad/s], frequency [
 """
 
 import csv
+import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,6 +54,7 @@ from clearance.identify.trials import (
     Where,
     check,
     check_units,
+    spelled,
 )
 from clearance.results.reading import Damaged, Reader, open_checked
 from clearance.results.tables import provenance, save_tables
@@ -78,95 +82,87 @@ def read(
     Raises FileNotFoundError, and ValueError naming trial, row and column.
     """
     path = Path(path)
-    trusted = trusted or bool(predicts)
-    if path.name.lower().endswith((".csv", ".csv.gz")):
-        if not path.exists():
-            raise FileNotFoundError(f"no measurement file {path}")
-        return _checked(path, trusted, lambda rows: _read_csv(path, rows, predicts, columns))
-    if columns:
+    in_csv = path.name.lower().endswith((".csv", ".csv.gz"))
+    if in_csv and not path.exists():
+        raise FileNotFoundError(f"no measurement file {path}")
+    if columns and not in_csv:
         raise ValueError(f"{path}: columns are named for CSV files; HDF5 has names of its own")
-    with open_checked(path, "clearance measurement", FORMAT, FORMAT_VERSION) as file:
-        return _checked(path, trusted, lambda rows: _read_hdf5(file, predicts))
-
-
-def _checked(
-    path: Path, trusted: bool, load: Callable[[dict[str, Where]], Measurement]
-) -> Measurement:
-    """The checked content that `load` reads from a file; all its errors name the file."""
-    rows: dict[str, Where] = {}
-    try:
-        measurement = load(rows)
-        if not trusted:
-            check_units(measurement, lambda trial: rows.get(trial, "row {}".format))
-    except Damaged:
-        raise
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+    of_file = path, "clearance measurement", FORMAT, FORMAT_VERSION
+    with nullcontext() if in_csv else open_checked(*of_file) as file:
+        try:
+            read_from = _csv(path, predicts, columns or {}) if in_csv else _hdf5(file, predicts)
+            raws, facts = read_from
+            trials = (r.series(predicts) if predicts else r.trial(not columns) for r in raws)
+            measurement = Measurement(tuple(trials), facts)
+            if not trusted and not predicts:
+                check_units(measurement, {r.name: r.row for r in raws})
+        except Damaged:
+            raise
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
     return measurement
 
 
-def _made(
-    name: str,
-    columns: dict[str, np.ndarray],
-    units: dict[str, str],
-    labels: dict,
-    facts: dict,
-    predicts: Mapping[str, str] | None,
-    row: Where = "row {}".format,
-    even: bool = True,
-) -> "Trial | Series":
-    """A trial of SI columns (n,): those of rate that are missing are zero, those of torque were not
-    measured. With `predicts` a series of all columns.
-    """
-    if missing := [c for c in ("time", *(predicts or ())) if c not in columns]:
-        there = ", ".join(columns) or "none"
-        raise ValueError(f"trial {name!r} has no column {missing[0]}; it has {there}")
-    if predicts:
-        check(name, columns, row)
-        return _series(name, columns, units, labels, facts, predicts)
-    measured = tuple(f"torque_{a}" in columns for a in AXES)
-    if not any(measured):
-        raise ValueError(
-            f"trial {name!r} has no column torque_x, torque_y or torque_z that is filled"
+class Raw(NamedTuple):
+    """A trial of a file: SI columns (n,) with their units, labels, facts, and places of samples."""
+
+    name: str
+    columns: dict[str, np.ndarray]
+    units: dict[str, str]
+    labels: dict[str, str]
+    facts: dict
+    row: Where = "row {}".format
+
+    def check(self, names: Iterable[str], even: bool = True) -> None:
+        """Raise ValueError for a column that is missing, or that cannot be."""
+        if missing := [c for c in names if c not in self.columns]:
+            there = ", ".join(self.columns) or "none"
+            raise ValueError(f"trial {self.name!r} has no column {missing[0]}; it has {there}")
+        check(self.name, self.columns, self.row, even)
+
+    def trial(self, even: bool) -> Trial:
+        """Rates that are missing are zero, torques that are missing were not measured."""
+        columns, name = self.columns, f"trial {self.name!r}"
+        measured = tuple(f"torque_{a}" in columns for a in AXES)
+        if not any(measured):
+            raise ValueError(f"{name} has no column torque_x, torque_y or torque_z that is filled")
+        for a in itertools.compress(AXES, measured):
+            if f"rate_{a}" not in columns:
+                raise ValueError(f"{name} has a column torque_{a} but no column rate_{a}")
+        self.check(["time"], even)
+        time = columns["time"]
+
+        def of(quantity: str, absent: float) -> np.ndarray:
+            there = (columns.get(f"{quantity}_{a}", np.full_like(time, absent)) for a in AXES)
+            return np.stack([*there], axis=1)
+
+        rate, turned = of("rate", 0.0), of("angle", math.nan)
+        *tilts, spins = rate.any(axis=0)
+        axis = "mixed" if spins and any(tilts) else "spin" if spins else "tilt"
+        return Trial(
+            self.name,
+            **{"kind": "other", "role": "training", "axis": axis} | self.labels,
+            time=time,
+            rate=rate,
+            torque=of("torque", 0.0),
+            measured=measured,
+            facts=self.facts,
+            even=even,
+            turned=turned if np.isfinite(turned).any() else None,
         )
-    for axis, measured_here in zip(AXES, measured, strict=True):
-        if measured_here and f"rate_{axis}" not in columns:
-            raise ValueError(f"trial {name!r} has a column torque_{axis} but no column rate_{axis}")
-    check(name, columns, row, even)
-    time = columns["time"]
-    unseen = np.full_like(time, math.nan)
-    turned = np.stack([columns.get(f"angle_{a}", unseen) for a in AXES], axis=1)
-    rate, torque = (
-        np.stack([columns.get(f"{q}_{a}", np.zeros_like(time)) for a in AXES], axis=1)
-        for q in ("rate", "torque")
-    )
-    spins, tilts = bool(rate[:, 2].any()), bool(rate[:, :2].any())
-    axis = "mixed" if spins and tilts else "spin" if spins else "tilt"
-    usual = {"kind": "other", "role": "training", "axis": axis}
-    return Trial(
-        name,
-        **usual | labels,
-        time=time,
-        rate=rate,
-        torque=torque,
-        measured=measured,
-        facts=facts,
-        even=even,
-        turned=turned if np.isfinite(turned).any() else None,
-    )
 
-
-def _series(
-    name: str, columns: dict, units: dict, labels: dict, facts: dict, predicts: Mapping
-) -> Series:
-    """A trial that has all that is predicted, in its units."""
-    time = columns.pop("time")
-    units = {n: units.get(n) or predicts.get(n, "?") for n in columns}
-    for column, wanted in predicts.items():
-        if units[column] != wanted:
-            reason = f"its units are {units[column]}, the model predicts {wanted}"
-            raise ValueError(f"trial {name!r}, column {column}: {reason}")
-    return Series(name, labels.get("role", "training"), time, columns, units, facts)
+    def series(self, predicts: Mapping[str, str]) -> Series:
+        """All columns, those that are predicted in their units."""
+        self.check(["time", *predicts])
+        columns = self.columns.copy()
+        time = columns.pop("time")
+        units = {n: self.units.get(n) or predicts.get(n, "?") for n in columns}
+        for column, wanted in predicts.items():
+            if units[column] != wanted:
+                reason = f"its units are {units[column]}, the model predicts {wanted}"
+                raise ValueError(f"trial {self.name!r}, column {column}: {reason}")
+        role = self.labels.get("role", "training")
+        return Series(self.name, role, time, columns, units, self.facts)
 
 
 def _si(units: str) -> tuple[str, float]:
@@ -177,33 +173,30 @@ def _si(units: str) -> tuple[str, float]:
     return kind, factor
 
 
-def _read_hdf5(file: Reader, predicts: Mapping[str, str] | None = None) -> Measurement:
+def _hdf5(file: Reader, predicts: Mapping[str, str] | None) -> tuple[list[Raw], dict]:
+    """Trials and facts of an HDF5 file."""
     if not (names := file.names("trials")):
         raise ValueError("the file has no trials")
     about = {name: file.attributes(f"trials/{name}") for name in names}
     names = sorted(names, key=lambda name: (about[name].get("order", 0), name))
-    trials = [_hdf5_trial(file, name, about[name], predicts) for name in names]
     ours = {*provenance(), "format"}
-    return Measurement(
-        tuple(trials), {k: plain(v) for k, v in file.attributes().items() if k not in ours}
-    )
+    facts = {k: plain(v) for k, v in file.attributes().items() if k not in ours}
+    return [_hdf5_trial(file, name, about[name], predicts) for name in names], facts
 
 
-def _hdf5_trial(
-    file: Reader, name: str, about: dict, predicts: Mapping[str, str] | None
-) -> Trial | Series:
+def _hdf5_trial(file: Reader, name: str, about: dict, predicts: Mapping[str, str] | None) -> Raw:
     """A trial of a group of datasets, in the units they state; a series of all rows of numbers."""
     columns, units, present = {}, {}, file.names(f"trials/{name}")
     for column in present if predicts else [c for c in COLUMNS if c in present]:
         path, where = f"trials/{name}/{column}", f"trial {name!r}, column {column}"
-        stated = file.attributes(path).get("units", "")
+        stated, values = file.attributes(path).get("units", ""), file.column(path)
+        flat = values.ndim == 1 and values.dtype.kind in "iuf"
+        if predicts and not flat:
+            continue
         expected = {stated: 1.0} if predicts else COLUMNS[column][1]
         if stated not in expected:
             raise ValueError(f"{where}: its units must be {' or '.join(expected)}, got {stated!r}")
-        values = file.column(path)
-        if values.ndim != 1 or values.dtype.kind not in "iuf":
-            if predicts:
-                continue
+        if not flat:
             raise ValueError(
                 f"{where} must be one row of numbers, got {values.dtype} of shape {values.shape}"
             )
@@ -214,7 +207,7 @@ def _hdf5_trial(
         raise ValueError(f"trial {name!r} has columns of different length: {lengths}")
     facts = {k: plain(v) for k, v in about.items() if k != "order"}
     labels = {label: facts.pop(label) for label in LABELS if label in facts}
-    return _made(name, columns, units, labels, facts, predicts)
+    return Raw(name, columns, units, labels, facts)
 
 
 def plain(value):
@@ -222,29 +215,25 @@ def plain(value):
     return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
 
 
-def _read_csv(
-    path: Path,
-    rows: dict[str, Where],
-    predicts: Mapping[str, str] | None = None,
-    renamed: Mapping[str, str] | None = None,
-) -> Measurement:
-    """Read a CSV file; `rows` is filled with the line of each sample of a trial."""
+def _csv(
+    path: Path, predicts: Mapping[str, str] | None, renamed: Mapping[str, str]
+) -> tuple[list[Raw], dict]:
+    """Trials and facts of a CSV file."""
     comments, (_, *lines), (header, *cells) = rows_of(unpacked_text(path), 2)
-    names = [n.strip() for n in header]
-    names = _renamed(names, renamed or {})
+    names = _renamed([n.strip() for n in header], renamed)
     columns = _csv_series(names) if predicts else _csv_columns(names)
-    numbers = np.array(lines)
-    for line, row in zip(numbers, cells, strict=True):
+    for line, row in zip(lines, cells, strict=True):
         if len(row) != len(names):
             raise ValueError(f"line {line}: {len(row)} cells under a header of {len(names)}")
     table = dict(zip(names, zip(*cells, strict=True), strict=True))
     facts, by_trial = _csv_facts(comments)
     unused = [n for n in names if n not in columns and n not in ("trial", *LABELS)]
-    trials = [
-        _csv_trial(name, part, table, columns, numbers, by_trial, rows, predicts, not renamed)
-        for name, part in _parts(path, table, numbers)
-    ]
-    return Measurement(tuple(trials), facts | ({"columns_left_aside": unused} if unused else {}))
+    facts |= {"columns_left_aside": unused} if unused else {}
+    raws = []
+    for name, part in _parts(path, table, lines):
+        cells = {heading: texts[part] for heading, texts in table.items()}
+        raws.append(_csv_trial(name, cells, columns, lines[part], by_trial.get(name, {})))
+    return raws, facts
 
 
 def _renamed(names: list[str], wanted: Mapping[str, str]) -> list[str]:
@@ -252,7 +241,6 @@ def _renamed(names: list[str], wanted: Mapping[str, str]) -> list[str]:
 
     Raises ValueError for a heading that the file does not have, and for a unit of another kind.
     """
-    names = list(names)
     for ours, heading in wanted.items():
         known("columns: no column", ours, COLUMNS)
         stems = [n.partition("[")[0].strip() for n in names]
@@ -261,11 +249,10 @@ def _renamed(names: list[str], wanted: Mapping[str, str]) -> list[str]:
             raise ValueError(f"columns: no column {heading!r}; there are {', '.join(names)}")
         at = there.index(heading)
         unit = names[at].partition("[")[2].rstrip("] ").replace(" ", "")
-        units = {u.replace(" ", ""): u for u in COLUMNS[ours][1]}
-        if unit and unit not in units:
+        units = {u.replace(" ", ""): u for u in ("", *COLUMNS[ours][1])}
+        if unit not in units:
             raise ValueError(f"columns: {names[at]} must be in {' or '.join(COLUMNS[ours][1])}")
-        suffix = f"_{units[unit]}".replace("/", "_").replace(" ", "_") if unit else ""
-        names[at] = f"{ours}{suffix}"
+        names[at] = spelled(ours, units[unit])
     return names
 
 
@@ -340,7 +327,7 @@ def _value(text: str):
     return {"True": True, "False": False}.get(text, text)
 
 
-def _parts(path: Path, table: dict, numbers: np.ndarray) -> list[tuple[str, slice]]:
+def _parts(path: Path, table: dict, lines: list[int]) -> list[tuple[str, slice]]:
     """Names of trials and their rows. Raises ValueError where a trial goes on after another one."""
     if "trial" not in table:
         return [(path.stem.replace(".", "_").replace(" ", "_"), slice(None))]
@@ -350,44 +337,29 @@ def _parts(path: Path, table: dict, numbers: np.ndarray) -> list[tuple[str, slic
     for begin, end in zip(starts, [*starts[1:], len(labels)], strict=True):
         name = str(labels[begin]).strip()
         if name in parts:
-            raise ValueError(f"line {numbers[begin]}: trial {name!r} comes a second time")
+            raise ValueError(f"line {lines[begin]}: trial {name!r} comes a second time")
         parts[name] = slice(begin, end)
     return list(parts.items())
 
 
 def _csv_trial(
-    name: str,
-    part: slice,
-    table: dict,
-    meaning: dict,
-    numbers,
-    by_trial: dict,
-    rows: dict,
-    predicts: Mapping | None,
-    even: bool,
-) -> Trial | Series:
-    lines = numbers[part]
-    rows[name] = lambda i: f"line {lines[i]}"
-    columns = {}
+    name: str, cells: Mapping, meaning: Mapping, lines: Sequence[int], facts: dict
+) -> Raw:
+    """A trial of cells by heading; meaning: columns of numbers; lines: of its rows."""
+    columns, labels = {}, {}
     for heading, (stem, factor, _) in meaning.items():
-        texts = table[heading][part]
-        if stem != "time" and not any(t.strip() for t in texts):
-            continue
-        columns[stem] = _numbers(name, heading, texts, lines) * factor
-    labels = {}
-    for label in LABELS:
-        if label in table:
-            values = {t.strip() for t in table[label][part]}
-            if len(values) > 1:
-                raise ValueError(
-                    f"trial {name!r} has several {label}s: {', '.join(sorted(values))}"
-                )
-            labels[label] = values.pop()
+        if stem == "time" or any(t.strip() for t in cells[heading]):
+            columns[stem] = _numbers(name, heading, cells[heading], lines) * factor
+    for label in [label for label in LABELS if label in cells]:
+        values = {t.strip() for t in cells[label]}
+        if len(values) > 1:
+            raise ValueError(f"trial {name!r} has several {label}s: {', '.join(sorted(values))}")
+        labels[label] = values.pop()
     units = {stem: unit for stem, _, unit in meaning.values()}
-    return _made(name, columns, units, labels, by_trial.get(name, {}), predicts, rows[name], even)
+    return Raw(name, columns, units, labels, facts, lambda i: f"line {lines[i]}")
 
 
-def _numbers(trial: str, column: str, texts, lines: np.ndarray) -> np.ndarray:
+def _numbers(trial: str, column: str, texts, lines: Sequence[int]) -> np.ndarray:
     """Cells of a column as numbers. Raises ValueError naming the first that is none."""
     try:
         return np.array(texts, dtype=float)
@@ -443,7 +415,8 @@ def _columns(trial: Trial | Series) -> dict[str, np.ndarray]:
 
 def _write_csv(path: Path, measurement: Measurement) -> Path:
     present = [label for label in LABELS if hasattr(measurement.trials[0], label)]
-    names = dict.fromkeys(n for t in measurement.trials for n in _columns(t))
+    there = dict.fromkeys(n for t in measurement.trials for n in _columns(t))
+    names = sorted(there, key=[*COLUMNS, *there].index)
     with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         file.writelines(f"# {k} = {v}\n" for k, v in measurement.facts.items())
         file.writelines(

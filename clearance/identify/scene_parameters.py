@@ -283,11 +283,10 @@ def _lost(problem: Problem, judged: Verdict) -> bool:
 
 def _about(problem: Problem, seed: int) -> list:
     """All that the ends of starts depend on."""
-    about = [seed, problem.settle, problem.scene.to_json()]
-    about += [[p.name, p.low, p.high] for p in problem.free]
+    about: list[object] = [seed, problem.settle, problem.scene.to_json(), problem.free]
     for c in problem.curves:
         record = hashlib.sha256(c.measured.x.tobytes() + c.measured.values.tobytes()).hexdigest()
-        about.append([c.channel, c.sigma, list(c.nuisances), c.lowpass, str(c.changes), record])
+        about.append((c.channel, c.sigma, c.nuisances, c.lowpass, c.changes, record))
     return about
 
 

@@ -1,7 +1,7 @@
 """Trials of a test bench: their columns and units, and what is checked of them."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -29,15 +29,18 @@ COLUMNS = {
     for quantity, (meaning, units) in QUANTITIES.items()
     for axis in (AXES if quantity != "time" else ("",))
 }
+
+
+def spelled(column: str, unit: str) -> str:
+    """The heading of a column in a unit, which may be none."""
+    return f"{column}_{unit}".rstrip("_").replace("/", "_").replace(" ", "_")
+
+
 #: heading in CSV -> column, factor to SI, SI unit
 HEADINGS = {
-    heading: (column, factor, next(iter(units)))
+    spelled(column, unit): (column, units.get(unit, 1.0), next(iter(units)))
     for column, (_, units) in COLUMNS.items()
-    for unit, factor in units.items()
-    for heading in (
-        *([column] if factor == 1.0 else []),
-        f"{column}_{unit}".replace("/", "_").replace(" ", "_"),
-    )
+    for unit in ("", *units)
 }
 #: fewest samples of a trial
 FEWEST = 50
@@ -292,9 +295,7 @@ def check(
         )
 
 
-def check_units(
-    measurement: Measurement, row: Callable[[str], Where] = lambda trial: "row {}".format
-) -> None:
+def check_units(measurement: Measurement, rows: Mapping[str, Where] | None = None) -> None:
     """Raises ValueError for numbers no test of a ball joint gives, which other units than SI would
     explain.
 
@@ -302,8 +303,12 @@ def check_units(
     half a turn of tilt or a turn of spin from end to end (degrees). Further, a largest torque over
     200 N m (N mm) or under 0.001 N m (kN m). Last, a torque that never changes about an axis that
     turns (a dead sensor). Small motions
-    in degrees pass: they look like large ones in radians.
+    in degrees pass: they look like large ones in radians. rows: places of samples by trial.
     """
+
+    def row(trial: Trial, i: int) -> str:
+        return (rows or {}).get(trial.name, "row {}".format)(int(i))
+
     for trial in measurement.trials:
         prefix = f"trial {trial.name!r}"
         if trial.step > LONGEST_STEP:
@@ -315,14 +320,14 @@ def check_units(
             rate, angle = abs(trial.rate[:, i]), trial.angle[:, i]
             hint = f"is it in degrees? {CALL.format(f'rate_{axis}_deg_s', 'deg/s')}"
             if rate.max() > HIGHEST_RATE:
-                where = f"{prefix}, {row(trial.name)(int(rate.argmax()))}, column rate_{axis}"
+                where = f"{prefix}, {row(trial, rate.argmax())}, column rate_{axis}"
                 raise ValueError(
                     f"{where}: {rate.max():g} rad/s is more than {HIGHEST_RATE:g} rad/s; "
                     f"{hint}{TRUST}"
                 )
             widest = WIDEST_SPIN if axis == "z" else WIDEST_TILT
             if (swept := float(np.ptp(angle))) > widest:
-                where = f"{prefix}, {row(trial.name)(int(angle.argmax()))}, column rate_{axis}"
+                where = f"{prefix}, {row(trial, angle.argmax())}, column rate_{axis}"
                 raise ValueError(
                     f"{where}: it turns through {swept:.4g} rad, more than {widest:.4g} rad; "
                     f"{hint}{TRUST}"
@@ -336,7 +341,7 @@ def check_units(
     trial, peak = measurement.trials[int(np.argmax(peaks))], max(peaks)
     if not TORQUES[0] <= peak <= TORQUES[1]:
         i, k = np.unravel_index(abs(trial.torque).argmax(), trial.torque.shape)
-        where = f"trial {trial.name!r}, {row(trial.name)(int(i))}, column torque_{AXES[k]}"
+        where = f"trial {trial.name!r}, {row(trial, i)}, column torque_{AXES[k]}"
         units = "N mm" if peak > TORQUES[1] else "kN m"
         hint = f"in {units}? {CALL.format(f'torque_{AXES[k]}_{units}'.replace(' ', '_'), units)}"
         raise ValueError(
