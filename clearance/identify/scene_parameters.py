@@ -196,7 +196,16 @@ def fit(
 
     Example:
 
-
+        >>> machine = cl.load_case("slider_crank", model="ideal")
+        >>> run = cl.simulate(machine, turns=3, samples_per_turn=90, error=None)
+        >>> third = enumerate(run.drive("crank").torque[180:270])
+        >>> with open("bench.csv", "w") as file:
+        ...     print("angle_deg,torque_Nm", file=file)
+        ...     print(*(f"{4 * k},{torque}" for k, torque in third), sep=chr(10), file=file)
+        >>> bounds = {"bodies/slider/mass": "50g:500g"}
+        >>> fit = cl.fit(machine, "bench.csv", bounds, "drives/crank/torque", starts=1)
+        >>> round(fit.values["bodies/slider/mass"], 6)
+        0.14
     """
     scene = load_case(scene)
     free = [bounded(scene, name, bounds) for name, bounds in dict(parameters).items()]
