@@ -297,9 +297,10 @@ class Passes:
         return compressed
 
     def cost(self, x: np.ndarray) -> float:
-        """Half the sum of squares at natural coordinates."""
-        errors = self.errors(x)
-        return 0.5 * float(errors @ errors) if np.isfinite(errors).all() else math.inf
+        """Half the sum of squares at natural coordinates, without slopes."""
+        values, pairs = self.search.values(x), zip(self.trials, self.axes, strict=True)
+        rows = [(self.model.torque(values, t) - t.torque)[:, a] for t, a in pairs]
+        return 0.5 * sum(np.sum(e**2) for e in (*rows, self.smooth @ np.append(x, 1.0)))
 
     def cost_of_samples(self, x: np.ndarray) -> float:
         """Half the sum of squares of the samples alone."""
@@ -400,7 +401,12 @@ class Differences(Passes):
             self.last = x.copy(), errors
         return self.last[1]
 
-    cost_of_samples = Passes.cost
+    def cost(self, x: np.ndarray) -> float:
+        """Half the sum of squares at natural coordinates."""
+        errors = self.errors(x)
+        return 0.5 * float(errors @ errors) if np.isfinite(errors).all() else math.inf
+
+    cost_of_samples = cost
 
     def jacobian(self, x: np.ndarray, coarser: float = 1.0) -> np.ndarray:
         """Central differences within the bounds, so on one side at a bound."""
@@ -448,8 +454,8 @@ def _delay(passes: Passes, x: np.ndarray, names: Sequence[str]) -> dict:
     """Time [s] by which the measured torque comes after its rate and its error, as facts of a fit,
     with the parameter that it moves most.
 
-    Beside the parameters and to first order: a least-squares fit of the errors at natural
-    coordinates x on the slopes by the parameters and on the rate of change of the torque [1/s].
+    It is that of least squares at natural coordinates x: of the errors on the slopes by the
+    parameters and on the rate of change of the torque [1/s].
     """
     slopes, torque, parts = passes.of_samples(x)
     rises = [
