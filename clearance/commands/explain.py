@@ -5,6 +5,7 @@ import textwrap
 from clearance.commands.common import (
     Line,
     case_options,
+    log_to_terminal,
     scene_of,
     show,
 )
@@ -17,6 +18,7 @@ def run(options) -> int:
     from clearance.paper_figures import ablation
     from clearance.studies.explain import explain
 
+    log_to_terminal(options)
     case, values, scene = scene_of(options)
     parts = ablation.ablation(scene, options.cost, Line(options))
     report = {"parameters_given": values, **explain(scene), "cost": ablation.plain(parts)}

@@ -311,19 +311,33 @@ def _film_part(joint: dict) -> str:
 
 
 def _elastic_film(joint: dict) -> str:
-    """The thinnest film on elastic surfaces; between half-spaces with its regime."""
+    """The thinnest film on elastic surfaces, and its state there where that is known."""
     from clearance.metrics.summary import regime_of
 
     film = f"thinnest film {1e6 * joint['least_elastic_film']:.4g} um on the elastic surfaces"
-    ratios = []
     if "least_elastic_ratio" in joint:
-        ratios.append(f"{joint['least_elastic_ratio']:.3g} roughnesses")
-    if "moes_load" not in joint:
-        return film + (f" ({ratios[0]})" if ratios else "")
-    ratios.append(f"{joint['film_over_rigid']:.3g} of the rigid film")
-    regime = regime_of(joint["moes_load"], joint.get("piezoviscous_number", 0.0))
-    numbers = f"M {joint['moes_load']:.2g}, L {joint['moes_material']:.2g} ({regime})"
-    return f"{film} ({', '.join(ratios)}), {numbers} there"
+        film += f" ({joint['least_elastic_ratio']:.3g} roughnesses)"
+    if "film_over_rigid" not in joint:
+        return film
+    symbols = {"moes_load": "M", "moes_material": "L"}
+    where = "there"
+    if "wedge_number" in joint:
+        symbols, where = (
+            {"wedge_number": "C_w", "squeeze_number": "C_s"},
+            "where it is pressed most",
+        )
+    state = [
+        f"{joint['film_over_rigid']:.3g} of the rigid film",
+        f"deflection {joint['deflection_over_film']:.2g} of it",
+        *(f"{symbol} {joint[name]:.2g}" for name, symbol in symbols.items()),
+    ]
+    pressure = prefixed(joint["film_pressure"], "Pa")
+    state[-1] += f" ({regime_of(joint)}) {where}"
+    parts = [film, *state, f"pressure to {pressure} (alpha p {joint['piezoviscous_number']:.2g})"]
+    if "time_in_elastic" in joint:
+        shares = (f"{joint[f'{n}_in_elastic']:.0%} of the {n}" for n in ("time", "load"))
+        parts.append(f"elastic in {' and '.join(shares)}")
+    return ", ".join(parts)
 
 
 def _joint_line(joint: dict) -> str:
@@ -350,10 +364,9 @@ def _joint_line(joint: dict) -> str:
         parts += [*shares, solids + span]
     if elastic:
         parts.append(_elastic_film(joint))
-    if "film_table_error_closing" in joint:
-        parts.append(
-            f"film table within {joint['film_table_error_closing']:.1e}{_film_part(joint)}"
-        )
+    names = ("film_table_error_closing", "film_table_error_load")
+    for name in (n for n in names if n in joint):
+        parts.append(f"film table within {joint[name]:.1e}{_film_part(joint)}")
     if "mean_loss" in joint:
         parts.append(f"mean loss {joint['mean_loss']:.4g} W")
     if "peak_friction" in joint:

@@ -299,7 +299,7 @@ class ClearanceRevolute(ClearanceJoint):
     @property
     def ends_at_wall(self) -> bool:
         """True where nothing carries a journal beyond the clearance."""
-        return self.contact is None and not self.film.law.through_wall
+        return self.contact is None and not self.film.parameters.get("liner")
 
     @property
     def contact_length(self) -> float:

@@ -19,6 +19,8 @@ FLATTENING = 0.2  # flattening over film thickness above which the surfaces no l
 # penetration over journal radius (half height of a block) up to which solids count as linearly
 # elastic
 DEEPEST = 0.05
+MOLECULE = 1e-9  # thickness [m] below which a film is no continuum: a molecule of oil
+WIDEST = 1.0  # C_w and C_s up to which films on a layer were compared with solved ones
 
 
 def depth_warning(joint: Joint, depth: float) -> str | None:
@@ -37,6 +39,27 @@ def depth_warning(joint: Joint, depth: float) -> str | None:
         f"laws are "
         f"linear elasticity, meant up to {DEEPEST:g} of it: the contact is too soft for its load"
     )
+
+
+THIN = f"the film thins to {{:.2g}} m; below {MOLECULE:g} m, a molecule of oil, it is only formal"
+WIDE = (
+    f"reaches {{:.2g}}; its film on a layer was compared with solved films up to {WIDEST:g}: "
+    "give a harder layer"
+)
+
+
+def film_limits(joint: ClearanceRevolute) -> list[tuple[str, float, float, str]]:
+    """Limits of a joint's film: the name of an extreme, its sign, the limit, and words on what
+    passes it.
+    """
+    if joint.film.law.through_wall:
+        motions = ("film_wedge_max", "C_w"), ("film_squeeze_max", "C_s")
+        wide = [(name, 1.0, WIDEST, f"{number} {WIDE}") for name, number in motions]
+        return [("film_least_min", -1.0, MOLECULE, THIN), *wide]
+    if joint.elastic is not None:
+        return [("elastic_film_min", -1.0, MOLECULE, THIN)]
+    alone = joint.film_reach is not None and joint.outline is None
+    return [("gap_min", -1.0, MOLECULE, THIN)] if alone else []
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from functools import lru_cache
 
 from clearance.film.bearing import DRAG, check_drag
-from clearance.film.elastic_lookup import elastic, films
+from clearance.film.elastic_lookup import elastic, films, motion
 from clearance.laws.contact import _layer_modulus
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, OfJoint, wet_film
 from clearance.values import checks
@@ -16,7 +16,6 @@ HARD = 50.0  # beta above which steel touches steel, not a layer
 def key_of(joint: FilmJoint, settings: dict):
     """The key of a joint's table."""
     from clearance.film.elastic_table import ElasticKey
-    from clearance.film.table import LONG
 
     softness = settings["liner"] / joint.clearance
     oil = {"beta": float(f"{settings['pressure_viscosity'] / softness:.4g}")}
@@ -25,10 +24,15 @@ def key_of(joint: FilmJoint, settings: dict):
             "viscosity": float(f"{joint.viscosity:.3g}"),
             "softness": float(f"{softness:.3g}"),
         }
-    slenderness = float(f"{joint.length / (2.0 * joint.radius):.9g}")
-    if slenderness >= FED:
-        slenderness = LONG
-    return ElasticKey(slenderness, **oil, drag=settings["drag"])
+    return ElasticKey(slenderness_of(joint.length, joint.radius), **oil, drag=settings["drag"])
+
+
+def slenderness_of(length: float, radius: float) -> float:
+    """L/D of a table."""
+    from clearance.film.table import LONG
+
+    slenderness = float(f"{length / (2.0 * radius):.9g}")
+    return LONG if slenderness >= FED else slenderness
 
 
 @lru_cache(maxsize=16)
@@ -62,6 +66,8 @@ _elastic = DataLaw(
         "shown": {
             "film_middle": ("m", "gap of the elastic surfaces in the middle", films),
             "film_least": ("m", "least gap of the elastic surfaces", films, 1),
+            "film_wedge": ("1", "C_w of the elastic film", motion),
+            "film_squeeze": ("1", "C_s that the elastic film feels", motion, 1),
         },
         "linear_in_viscosity": False,
         "through_wall": True,

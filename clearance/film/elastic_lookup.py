@@ -255,3 +255,19 @@ def films(
     middle, least, _ = looked(data, first, first + int(data[first + 5]), 2, x, third, angle)
     half = 0.5 * joint.clearance * wide
     return half * math.exp(middle), half * math.exp(least)
+
+
+def motion(
+    eccentricity_ratio,
+    radial_rate,
+    entrainment,
+    joint,
+    data,
+    start,
+    liner,
+    pressure_viscosity,
+    follows=1.0,
+):
+    """Size of C_w, and chi C_s, of which the film has its size."""
+    state = resolved(eccentricity_ratio, radial_rate, entrainment, joint, liner, follows)
+    return 12.0 * abs(state[1]) / eccentricity_ratio, 12.0 * state[0]

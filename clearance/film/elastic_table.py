@@ -19,6 +19,7 @@ from clearance.film.lookup import Tabulated, looked_up, splines
 from clearance.film.table import Inputs, Key, between, spline
 from clearance.film.tabulated import polar
 from clearance.laws.law import FilmJoint
+from clearance.machine.threads import at_once, processors
 from clearance.values import checks
 from clearance.values.algebra import solve
 
@@ -80,7 +81,6 @@ class ElasticKey(Inputs):
     blended = ("slenderness", "beta")
     beside = 0.1
     axes = slice(0, HEAD)
-    ratio = "L/D"
     modules = (
         *("elastic_table", "elastic_lookup", "conserving", "control_volumes", "oil_balance"),
         *("film_answer", "piezo", "table", "banded", "bands", "lookup"),
@@ -93,6 +93,11 @@ class ElasticKey(Inputs):
         usual["mesh"] = LONG_MESH if self.fed else MESH
         vars(self).update({n: value for n, value in usual.items() if not getattr(self, n)})
         check_drag("film table", self.drag)
+
+    @property
+    def ratio(self) -> str:
+        """Its inputs, before L/D, and what it takes."""
+        return f"a liner (a minute of CPU), alpha c / liner = {self.beta:g}, L/D"
 
     @property
     def size(self) -> int:
@@ -115,11 +120,16 @@ class ElasticKey(Inputs):
         n_x, n_h, n_a = self.nodes
         films, values = Films(self), np.empty((n_x, n_a, n_h, FORCE + THICKNESS))
         angles = np.linspace(0.0, math.pi, n_a).clip(EDGE, math.pi - EDGE)
+
+        def layer(k: int) -> None:
+            for j, angle in enumerate(angles):
+                values[:, j, k] = films.column(thirds[k], angle, n_x)
+                bar.update()
+
+        thirds = np.linspace(SMALLEST, LARGEST, n_h)
         with tqdm(total=n_h * n_a, desc="elastic film", disable=None, leave=False) as bar:
-            for k, third in enumerate(np.linspace(SMALLEST, LARGEST, n_h)):
-                for j, angle in enumerate(angles):
-                    values[:, j, k] = films.column(third, angle, n_x)
-                    bar.update()
+            for _ in at_once(layer, range(n_h), processors()):
+                pass
         cells_x, cells_h, cells_a = self.cells
         fill(values)
         fit = quadratic(values, 0, cells_x, np.zeros(values[0].size))
@@ -265,9 +275,11 @@ class Films:
         motion = 2.0 * turning / (self.unit * max(eps, 1e-2)), radial / self.unit
         least = 0.5 * CLOSEST * elastic.place(eps, third)[2]
         film, twin = self.meshes[third]
-        if (fine := self._on(film, least, eps, *motion)) is None:
+        coarse = self._on(twin, least, eps, *motion)
+        if coarse is None and self.key.beta > 0.0:  # cheaper to see there
             return None
-        if (coarse := self._on(twin, least, eps, *motion)) is None:
+        fine = self._on(film, least, eps, *motion)
+        if coarse is None or fine is None:
             return fine
         mean = (4.0 * fine - coarse) / 3.0
         return np.where(mean * fine > 0.0, mean, fine)

@@ -6,7 +6,7 @@ Equation and frame: `clearance.film.conserving`.
 
 from collections import namedtuple
 
-from clearance.film.banded import compiled, substitute_lu
+from clearance.film.banded import substitute_lu
 from clearance.film.control_volumes import (
     CAVITATED,
     COND,
@@ -21,6 +21,7 @@ from clearance.film.control_volumes import (
     uncounted,
 )
 from clearance.film.oil_balance import along, around, settle
+from clearance.machine.store import njit
 
 #: of a film: scales of its rows (4,), and out (4, 6), which it is gathered into. Right (n nz, 5):
 #: minus the derivatives of every balance, then those of the unknowns
@@ -120,7 +121,7 @@ def gather(state, mesh, system, scales, right, out):
             out[row, m] *= scales[row]
 
 
-@compiled
+@njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, nogil=True)
 def respond(motion, state, past, flow, mesh, system, answer):
     """Settle the film and gather its answer with derivatives.
 

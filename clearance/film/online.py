@@ -33,6 +33,7 @@ VALUES = 15  # solutions without slopes for one with them, in usual runs
 APART = 0.01  # eccentricity ratios of the stages of a step
 FEELER = 1e-5  # of the clearance: step of a difference by the lift
 NEAREST = 1.0 - 1e-4  # largest eccentricity ratio for a finite element mesh
+FOREVER = 1e9  # time [s] after which a film is steady
 
 
 def solved(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
@@ -152,7 +153,10 @@ class FilmAnswer(Callback):
 
 
 class MemoryAnswer(Callback):
-    """The film with memory behind a joint; times only grow between two resets."""
+    """The film with memory behind a joint; times only grow between two resets.
+
+    still: it is steady until it remembers a moment, as where a run starts quasi-statically.
+    """
 
     usual = USUAL["conserving"]
 
@@ -180,13 +184,14 @@ class MemoryAnswer(Callback):
         super().reset()
         self.film.reset()
         self.now, self.asked, self.found, self.worst = 0.0, None, None, 0.0
-        self.answered = VALUE
+        self.answered, self.still = VALUE, False
 
     def _solve(self, wanted: float, state: list[float]):
         *motion, angle, lift, lift_rate, time = state
-        elapsed = max(time - self.now, 0.0)
+        elapsed = FOREVER if self.still else max(time - self.now, 0.0)
         if wanted == KEEP:
             self.film.commit(*motion, elapsed, angle, lift, lift_rate)
+            self.still = False
             self.worst = max(self.worst, self.film.mass_defect)
             self.now, self.asked = time, None
             return None

@@ -20,6 +20,7 @@ from clearance.elements.joint import Joint
 from clearance.elements.regimes import (
     DEEPEST,
     FULL_FILM,
+    film_limits,
     regime,
 )
 from clearance.lanes.engine import METHODS
@@ -438,6 +439,8 @@ class LaneMetrics:
             wanted.located(f"{joint.key}/gap_min", always=True)
             if f"{joint.key}/film_pressure" in output:
                 wanted.located(f"{joint.key}/film_pressure_max", always=True)
+                for name, *_ in film_limits(joint):
+                    wanted.located(f"{joint.key}/{name}", always=True)
             if checkable(joint):
                 wanted.located(f"{joint.key}/force_max", always=True)
         for path in ("energy/kinetic", "energy/residual"):
@@ -640,7 +643,10 @@ class LaneMetrics:
         pressure = self._of_all(answers, f"{joint.key}/film_pressure_max")
         gap = self._of_all(answers, f"{joint.key}/gap_min")
         seen = regime(joint, pressure, gap, partial(self.number, points.par, joint))
-        return sum(np.asarray(there, int) for there in seen.formal(joint).values())
+        formal = [*seen.formal(joint).values()]
+        for name, sign, limit, _ in film_limits(joint):
+            formal.append(sign * self._of_all(answers, f"{joint.key}/{name}") > sign * limit)
+        return sum(np.asarray(there, int) for there in formal)
 
 
 class RunInLanes:

@@ -6,11 +6,13 @@ over the run beside.
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 
 import numpy as np
 
 from clearance import elements
 from clearance.elements.element import Load
+from clearance.laws.law import FilmJoint
 from clearance.laws.line_contact import MARTIN, effective_radius
 from clearance.metrics.assumptions import assumptions
 from clearance.metrics.metrics import EFFORTS, SURFACES, Window, metrics, startup
@@ -19,6 +21,8 @@ from clearance.results.record import Record
 
 #: name -> meaning, unit
 ELASTIC = {
+    "wedge_number": ("C_w = 6 mu w R^2 kappa / c^3 where the layer is pressed most", "1"),
+    "squeeze_number": ("C_s = 12 mu eps' R^2 kappa / c^3 that it feels there", "1"),
     "moes_load": ("Moes' number M at the thinnest film", "1"),
     "moes_material": ("Moes' number L there", "1"),
     "least_elastic_film": ("thinnest film on the elastic surfaces", "m"),
@@ -26,15 +30,22 @@ ELASTIC = {
     "film_over_rigid": ("film over that of rigid surfaces there", "1"),
     "deflection_over_film": ("deflection over film there", "1"),
     "load_in_mixed": ("share of the load in the mixed, elastic state", "1"),
+    "time_in_elastic": ("share of the time in which the deflection is above the film", "1"),
+    "load_in_elastic": ("share of the load in that time", "1"),
 }
-RIGID, SOFT = 0.3, 3.0  # M up to which surfaces are rigid, and from which elasticity decides
+# M, or a layer's deflection over film, up to which surfaces are rigid, and from which elasticity
+# decides
+RIGID, SOFT = 0.3, 3.0
+THINNEST = 30.0  # -ln of the thinnest rigid film over c that is looked for
 THICKENED = 0.5  # alpha p from which the pressure thickens the oil
 
 
-def regime_of(load: float, thickening: float) -> str:
-    """The regime of a line contact, from M and alpha p, in words."""
+def regime_of(state: Mapping[str, float]) -> str:
+    """The regime of a film on elastic surfaces, see ELASTIC, in words."""
+    soft = state.get("moes_load", state["deflection_over_film"])
+    thickening = state.get("piezoviscous_number", 0.0)
     surfaces = (
-        "rigid" if load < RIGID else "between rigid and elastic" if load < SOFT else "elastic"
+        "rigid" if soft < RIGID else "between rigid and elastic" if soft < SOFT else "elastic"
     )
     return f"{surfaces}, {'piezoviscous' if thickening > THICKENED else 'isoviscous'}"
 
@@ -45,8 +56,7 @@ def elastic_state(
     """Numbers of ELASTIC of a joint; none without such a film or without its channels.
 
     joint: its description; begin, end: the times between which samples count [s]. M and L follow
-    from film and load: h = 2.448 R' U^(1/2) / M of the rigid film. A film on a liner has its
-    thinnest place alone.
+    from film and load: h = 2.448 R' U^(1/2) / M of the rigid film.
     """
     group, loads = f"joints/{joint['name']}", ("film_radial", "film_tangential", "contact_force")
     names = "elastic_film", "rigid_film", "gap", "membership_mixed", *loads
@@ -58,7 +68,7 @@ def elastic_state(
         least = record.extreme(f"{on_liner}_min", begin, end).value
         roughness = joint.get("roughness")
         ratio = {"least_elastic_ratio": least / roughness} if roughness else {}
-        return {"least_elastic_film": least} | ratio
+        return {"least_elastic_film": least} | ratio | _on_layer(record, joint, inside)
     if not joint.get("elastic") or not all(p in record for p in paths):
         return {}
     channels = (record.values(path)[inside] for path in paths)
@@ -69,16 +79,58 @@ def elastic_state(
     radius = effective_radius(joint["radius"], joint["clearance"])
     share = float(load[most]) / joint["length"] / (stiff * radius)
     root = math.sqrt(float(rigid[most]) / radius * share / MARTIN)  # of U
-    values = (
-        share / root,
-        joint["elastic"]["pressure_viscosity"] * stiff * math.sqrt(root),
-        float(film[most]),
-        float(film[most]) / joint["roughness"],
-        float(film[most] / rigid[most]),
-        float((film[most] - gap[most]) / film[most]),
-        float((load * mixed).sum() / load.sum()),
-    )
-    return dict(zip(ELASTIC, values, strict=True))
+    return {
+        "moes_load": share / root,
+        "moes_material": joint["elastic"]["pressure_viscosity"] * stiff * math.sqrt(root),
+        "least_elastic_film": float(film[most]),
+        "least_elastic_ratio": float(film[most]) / joint["roughness"],
+        "film_over_rigid": float(film[most] / rigid[most]),
+        "deflection_over_film": float((film[most] - gap[most]) / film[most]),
+        "load_in_mixed": float((load * mixed).sum() / load.sum()),
+    }
+
+
+def _on_layer(record: Record, joint: dict, inside: np.ndarray) -> dict[str, float]:
+    """Numbers of ELASTIC of a film on a layer, where it is pressed most. Behind the wall its
+    deflection is above the film.
+
+    Its rigid film has the same load in the same motion, in oil that does not thicken.
+    """
+    names = "film_least", "film_middle", "gap", "film_radial", "film_tangential", "film_wedge"
+    paths = [f"joints/{joint['name']}/{n}" for n in (*names, "film_squeeze")]
+    if not all(p in record for p in paths):
+        return {}
+    channels = (record.values(path)[inside] for path in paths)
+    least, middle, gap, radial, tangential, wedge, squeeze = channels
+    load, behind, most = np.hypot(radial, tangential), gap < 0.0, int((middle - gap).argmax())
+    motion = float(wedge[most]), float(squeeze[most])
+    liner = joint["film"]["liner"] / (joint["clearance"] * joint["radius"] * joint["length"])
+    rigid = joint["clearance"] * _rigid_film(joint, liner * float(load[most]), *motion)
+    return {
+        "wedge_number": motion[0],
+        "squeeze_number": motion[1],
+        "film_over_rigid": float(least[most]) / rigid,
+        "deflection_over_film": float(1.0 - gap[most] / middle[most]),
+        "time_in_elastic": float(behind.mean()),
+        "load_in_elastic": float((load * behind).sum() / load.sum()),
+    }
+
+
+def _rigid_film(joint: dict, load: float, wedge: float, squeeze: float) -> float:
+    """Film over c of rigid surfaces that carries a load f of the film elastic; what recedes counts
+    as at rest.
+    """
+    from clearance.film.elastic import slenderness_of
+    from clearance.film.tabulated import table_film
+
+    unit = FilmJoint(1.0, 1.0, 2.0 * slenderness_of(joint["length"], joint["radius"]), 1.0)
+    force, low, high = table_film().plain(unit), 0.0, THINNEST
+    for _ in range(40):
+        y = 0.5 * (low + high)
+        carried = force(-math.expm1(-y), max(squeeze, 0.0) / 12.0, wedge / 6.0, unit)
+        less = math.hypot(*carried[:2]) < load * unit.length
+        low, high = (y, high) if less else (low, y)
+    return math.exp(-low)
 
 
 SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
@@ -89,6 +141,7 @@ JOINT_FACTS = (
     "flattening_ratio",
     "mean_asperity_share",
     "film_table_error_closing",
+    "film_table_error_load",
     *SHARES,
 )
 

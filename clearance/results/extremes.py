@@ -33,6 +33,8 @@ FOLLOWED = {
     "gap": LOW,
     "elastic_film": LOW,
     "film_least": LOW,
+    "film_wedge": HIGH,
+    "film_squeeze": HIGH,
     "film_pressure": HIGH,
     "friction": BOTH,
     "torque": BOTH,

@@ -8,7 +8,7 @@ from weakref import proxy
 import numpy as np
 
 from clearance.elements.joint import Joint
-from clearance.elements.regimes import FULL_FILM, Regime, depth_warning, regime
+from clearance.elements.regimes import FULL_FILM, Regime, depth_warning, film_limits, regime
 from clearance.laws.law import BoundLaw
 from clearance.machine.callback import Callback
 from clearance.results.recorder import LedgerWatch, Recorder
@@ -338,6 +338,9 @@ class Diagnosis:
             pressure = self.run.extreme(f"{group}/film_pressure_max")
             self.regimes[joint] = regime(joint, pressure, gap)
             warnings += self.regimes[joint].warnings(joint)
+            for name, sign, limit, text in film_limits(joint):
+                if sign * (value := self.run.extreme(f"{group}/{name}")) > sign * limit:
+                    warnings.append(f"{joint.label()}: {text.format(value)}")
         source = mechanism.sources.get(joint)
         if isinstance(source, Callback) and (doubt := source.doubt(1.0 - gap / joint.clearance)):
             warnings.append(f"{joint.label()}: mesh of the film: {doubt}")

@@ -22,7 +22,7 @@ from clearance.run.options import (
     longest_step,
 )
 from clearance.run.outputs import take_sizes, watched_of
-from clearance.run.start import state_from
+from clearance.run.start import QUASI_STATIC, stand_still, state_from
 from clearance.stepping import status
 from clearance.stepping.state import (
     COORDINATE,
@@ -151,6 +151,7 @@ class Run:
         state.work[mechanism.layout.carried_places] = begin.carried
         state.turned[: len(begin.angles), 0] = begin.angles
         mechanism.turn(begin.turns)
+        stand_still(mechanism, begin.text.startswith(QUASI_STATIC))
         mechanism.count_from(state.y, state.work)
 
     def place(self, start) -> None:

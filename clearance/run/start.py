@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance.elements.joint import Joint
 from clearance.mechanism.assembly import rate_at
 from clearance.mechanism.build import TURN, Mechanism, build
 from clearance.results.record import Record
@@ -21,6 +22,8 @@ ITERATIONS = 200  # of the search for a quasi-static state, at most
 FIRST_STEP = 1e-3  # of it, over the typical time 1 / frequency
 ROOM = 0.5  # share of the clearance left that one of its steps may take
 THINNEST = 1e-3  # of the clearance: room that a journal at the wall has all the same
+YIELDING = 0.1  # the same where a film on a layer goes on through the wall
+GAINED = 1.1  # ratio of accelerations from which a step counts as one that gets on
 HALVINGS = 60  # of one of its steps, at most
 AT_REST = 1e-9  # of the typical acceleration: what is left of the journals' at the end
 STOPPED = 1e-3  # rate over a faster one, or over that of the mechanism, that counts as rest
@@ -266,15 +269,16 @@ def quasi_static(mechanism: Mechanism) -> np.ndarray:
         raise ValueError('start: "quasi-static" is for scenes with clearance joints')
     y, size, sizes = mechanism.y0.copy(), mechanism.size, _own_sizes(mechanism)
     offsets = [np.arange(size)[part] for part in mechanism.offsets.values()]
-    places = np.concatenate(offsets)
+    places, least = np.concatenate(offsets), [_room_at_wall(j) for j in mechanism.offsets]
     rates = mechanism.layout.rates.start + places
     y[rates] = 0.0
+    stand_still(mechanism)
     work = np.append(mechanism.work0, 0.0)
     work[: len(mechanism.layout.spots)] = 0.0  # contacts of dry joints carry too
     slope, rate = np.zeros(size * size), np.zeros(y.size)
     rhs, jacobian = mechanism.kernel("rhs"), mechanism.kernel("jacobian")
     step, enough = FIRST_STEP / mechanism.frequency**2, AT_REST * mechanism.acceleration
-    last = math.inf
+    last, move, back = math.inf, np.zeros(y.size), False
     for _ in range(ITERATIONS):
         rhs(0.0, y, mechanism.par, work, rate)
         pull = rate[rates]
@@ -285,11 +289,18 @@ def quasi_static(mechanism: Mechanism) -> np.ndarray:
         stiffness = slope.reshape(size, size)[np.ix_(rates, places)]
         if not (np.isfinite(pull).all() and np.isfinite(stiffness).all()):
             break
-        step *= min(max(last / largest, 0.5), 10.0) if math.isfinite(last) else 1.0
+        gain = last / largest if math.isfinite(last) else 1.0
+        if back and gain < GAINED:  # to and fro over a bend
+            gain = 0.5
+        step *= min(max(gain, 0.5), 10.0)
         last = largest
-        move = np.zeros(y.size)
+        before, move = move, np.zeros(y.size)
         move[places] = solve(np.eye(places.size) / step - stiffness, pull)
-        y += move * min(_share_of_room(y[at] / sizes[at], move[at] / sizes[at]) for at in offsets)
+        share = min(
+            _share_of_room(y[at] / sizes[at], move[at] / sizes[at], room)
+            for at, room in zip(offsets, least, strict=True)
+        )
+        y, back = y + share * move, float(move @ before) < 0.0
     ends = np.cumsum([at.size for at in offsets])[:-1]
     pulls = map(np.linalg.norm, np.split(pull, ends))
     moved = _moved(dict(zip(mechanism.offsets, pulls, strict=True)))
@@ -303,19 +314,31 @@ def _moved(pulls: dict) -> str:
     """
     joint = max(pulls, key=pulls.get)
     text = f"joint {joint.name} is accelerated by {pulls[joint]:.3g} m/s2 still"
-    if getattr(joint, "film", None) is None or joint.contact is not None:
+    if joint.film_reach is None:
         return text
     return f"{text}; a film alone carries where its journal turns or slides, and up to its wall"
 
 
-def _share_of_room(offset: np.ndarray, move: np.ndarray) -> float:
+def stand_still(mechanism: Mechanism, still: bool = True) -> None:
+    """Films with a memory count as steady, until a step has ended."""
+    for source in (s for s in mechanism.sources.values() if hasattr(s, "still")):
+        source.still = still
+
+
+def _room_at_wall(joint: Joint) -> float:
+    """Room over the natural size that a journal at the wall has."""
+    return YIELDING if joint.contact is None and joint.film_reach is None else THINNEST
+
+
+def _share_of_room(offset: np.ndarray, move: np.ndarray, least: float) -> float:
     """Share of a joint's move, halved until it goes no further outward than a part of the room
     left.
 
-    offset, move: offsets over their natural sizes. Along the wall it may go further than across.
+    offset, move: offsets over their natural sizes; least: room at the wall. Along the wall it may
+    go further than across.
     """
     before, share = math.hypot(*offset), 1.0
-    room = ROOM * max(1.0 - before, THINNEST)
+    room = ROOM * max(1.0 - before, least)
     for _ in range(HALVINGS):
         if math.hypot(*(offset + share * move)) - before <= room:
             break

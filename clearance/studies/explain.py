@@ -8,6 +8,7 @@ from importlib import import_module
 from clearance import lanes
 from clearance.elements.clearance_revolute import SLOTS
 from clearance.elements.joint import Joint
+from clearance.elements.regimes import WIDE, WIDEST
 from clearance.laws.line_contact import effective_radius
 from clearance.machine.store import folder
 from clearance.mechanism.build import Mechanism, build
@@ -51,10 +52,15 @@ def explain(scene: Scene) -> dict:
 
 
 def scene_warnings(mechanism: Mechanism) -> list[str]:
-    """Warnings of laws about their joints, and force holes, before anything runs."""
-    return [doubt for j in mechanism.scene.joints for doubt in j.doubts()] + hole_warnings(
-        mechanism
-    )
+    """Warnings of laws about their joints, of layers too soft for the speed, and of force holes,
+    before anything runs.
+    """
+    joints = mechanism.scene.joints
+    doubts = [doubt for j in joints for doubt in j.doubts()]
+    for j in filter(_layered, joints):
+        if (wedge := _wedge(j, mechanism.frequency)) > WIDEST:
+            doubts.append(f"{j.label()}: C_w {WIDE.format(wedge)}")
+    return doubts + hole_warnings(mechanism)
 
 
 def _not_exported(mechanism: Mechanism) -> list[str]:
@@ -84,6 +90,8 @@ def _joint(joint: Joint, frequency: float) -> dict:
     parts = {s: repr(getattr(joint, s)) for s in PARTS if getattr(joint, s, None) is not None}
     if joint.elastic is not None:
         parts["elastic"] += f" ({_line_contact(joint, frequency)})"
+    if _layered(joint):
+        parts["film"] += f" ({_on_layer(joint, frequency)})"
     return {"kind": type(joint).__name__, "reality": _surfaces(joint), **parts}
 
 
@@ -96,6 +104,29 @@ def _line_contact(joint: Joint, frequency: float) -> str:
     load = joint.length * stiff * radius * root
     numbers = f"the sum of speeds, L = {material:.2g} and M = 1 at {load:.3g} N"
     return f"half-spaces: at {speed:.2g} m/s, {numbers}"
+
+
+def _layered(joint: Joint) -> bool:
+    """True for a film on a layer, through the wall."""
+    return joint.film is not None and joint.film.law.through_wall
+
+
+def _wedge(joint: Joint, frequency: float) -> float:
+    """C_w where the sum of both rates of turning is twice a frequency [rad/s]."""
+    size = 12.0 * joint.viscosity * frequency * joint.radius**2
+    return size * joint.film.values["liner"] / joint.clearance**3
+
+
+def _on_layer(joint: Joint, frequency: float) -> str:
+    """Speed and load from which elasticity matters: at the wall the deflection is as large as the
+    film. The film is 0.61 C_w^0.4 c, the load about 1.2 C_w^0.6 c R L / kappa.
+    """
+    film, radius, clearance = joint.film.values, joint.radius, joint.clearance
+    wedge = _wedge(joint, frequency)
+    load = 1.2 * wedge**0.6 * clearance * radius * joint.length / film["liner"]
+    thickening = 0.61 * wedge**0.4 * film["pressure_viscosity"] * clearance / film["liner"]
+    numbers = f"C_w = {wedge:.2g}; at the wall some {load:.3g} N and alpha p = {thickening:.2g}"
+    return f"a layer: at {2.0 * frequency * radius:.2g} m/s, the sum of speeds, {numbers}"
 
 
 def _surfaces(joint: Joint) -> str:

@@ -8,9 +8,7 @@ energy does not add up.
 
 import math
 import time
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 
@@ -26,6 +24,7 @@ from clearance.lanes.ideal_lanes import IdealMotions
 from clearance.lanes.lane_metrics import LaneMetrics
 from clearance.lanes.point_numbers import SCALARS, NotForLanes, PointNumbers
 from clearance.lanes.possible import possible
+from clearance.machine.threads import at_once
 from clearance.mechanism.build import acceleration_of, tables_of
 from clearance.metrics.metrics import described
 from clearance.run.options import Span, longest_step
@@ -378,26 +377,6 @@ def _blocks(indices: list[int], size: int, threads: int) -> Iterator[list[int]]:
         count = min(most, rest) * threads
         several, indices = indices[:count], indices[count:]
         yield from (several[k::threads] for k in range(min(threads, len(several))))
-
-
-def at_once(
-    function: Callable[[list], list], items: Iterator[list], threads: int
-) -> Iterator[tuple[list, list]]:
-    """Each item with its function, in their order; some of them at a time, in threads."""
-    if threads == 1:
-        yield from ((item, function(item)) for item in items)
-        return
-    pool, waiting = ThreadPoolExecutor(threads), deque()
-    try:
-        for item in items:
-            waiting.append((item, pool.submit(function, item)))
-            if len(waiting) > threads:
-                item, answer = waiting.popleft()
-                yield item, answer.result()
-        for item, answer in waiting:
-            yield item, answer.result()
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _strengthened(tables: list) -> tuple[float, np.ndarray]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from clearance.accuracy.request import Request, names
 from clearance.files.locks import folder_at, locked, opener
+from clearance.machine.threads import processors
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics.of_points import of_point
 from clearance.results.errors import asks
@@ -383,11 +384,6 @@ def _examples(done: list[Outcome]) -> list[Outcome]:
     return list({o.index: o for o in (*one_each.values(), *spread[:TRIED])}.values())
 
 
-def _cores() -> int:
-    """Processors that this process may use: of a job on a cluster those it was given."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 class _Driver:
     """Hands out points and keeps what comes back."""
 
@@ -499,7 +495,7 @@ class _Driver:
         lanes = Lanes(self.definition, find_case(self.definition.path), self.now)
         self.ways = lanes.ways
         if scheduler is None:
-            done = self._in_threads(lanes, pending, workers or _cores())
+            done = self._in_threads(lanes, pending, workers or processors())
         else:
             done = set(lanes.suited(pending))
             if done:
@@ -533,7 +529,7 @@ class _Driver:
         if scheduler is not None:
             return Dask(*self.task, scheduler)
         prepare_start()
-        return Processes(*self.task, min(workers or _cores(), count))
+        return Processes(*self.task, min(workers or processors(), count))
 
     def _work(self, pending: list[int], team: Dask | Processes, blocks: bool = False) -> None:
         """Have a team run points; blocks: several at once."""

@@ -11,6 +11,7 @@ import pytest
 
 import clearance as cl
 from clearance.commands.run import _joint_line
+from clearance.elements.regimes import film_limits
 from clearance.laws.contact import contact_modulus, layer_modulus
 from clearance.laws.elastic_gap import centred, gap_scales, mismatch, unfolded
 from clearance.laws.law import FilmJoint
@@ -329,15 +330,23 @@ def test_rigid_joints_have_nothing_of_it():
             feeder(elastic="true", **options)
 
 
+class Liner(dict):
+    """A record of paths alone, a sample a second."""
+
+    @property
+    def time(self) -> np.ndarray:
+        return np.arange(len(next(iter(self.items()))[1]), dtype=float)
+
+    def values(self, path: str) -> np.ndarray:
+        return self[path]
+
+    def extreme(self, name: str, begin: float, end: float) -> Extreme:
+        inside = (self.time >= begin) & (self.time <= end)
+        return Extreme(self[name.removesuffix("_min")][inside].min(), 0.0)
+
+
 def test_a_film_on_a_liner_has_its_thinnest_place():
     """The least film of the samples between two times, also printed; its gap is nominal."""
-
-    class Liner(dict):
-        time = np.array([0.0, 1.0, 2.0])
-
-        def extreme(self, name, begin, end):
-            inside = (self.time >= begin) & (self.time <= end)
-            return Extreme(self[name.removesuffix("_min")][inside].min(), 0.0)
 
     record = Liner({"joints/F/film_least": np.array([1e-9, 3e-8, 2e-8])})
     state = elastic_state(record, {"name": "F", "roughness": 1e-8}, 1.0, 2.0)
@@ -346,3 +355,50 @@ def test_a_film_on_a_liner_has_its_thinnest_place():
     printed = _joint_line({"smallest_gap": -1e-6, **state})
     assert "smallest nominal gap -1" in printed
     assert printed.endswith("thinnest film 0.02 um on the elastic surfaces (2 roughnesses)")
+
+
+def test_a_film_on_a_layer_has_its_state():
+    """Motion where the layer is pressed most, and the film over the rigid one with that load
+    (1e-6, bisection). Behind the wall the deflection is above the film.
+    """
+    radius, clearance, liner, eps, motion = 1e-2, 1e-4, 1e-13, 0.9, (1e-3, 2e-4)
+    unit = FilmJoint(1.0, 1.0, 1.0, 1.0)  # L/D = 0.5
+    load = cl.table_film()(eps, motion[1] / 12.0, motion[0] / 6.0, unit)
+    load = math.hypot(*load[:2]) * clearance * radius * radius / liner
+    rows = {
+        "film_least": [4e-5, 3e-5, 5e-5, 6e-5],
+        "film_middle": [4e-5, 4e-5, 5e-5, 6e-5],
+        "gap": [3e-5, -1e-5, 5e-5, 6e-5],
+        "film_radial": [0.0, load, load, load],
+        "film_tangential": [0.0] * 4,
+        "film_wedge": [0.0, motion[0], 0.0, 0.0],
+        "film_squeeze": [0.0, motion[1], 0.0, 0.0],
+    }
+    record = Liner({f"joints/F/{name}": np.array(row) for name, row in rows.items()})
+    joint = {"radius": radius, "clearance": clearance, "length": radius, "film": {"liner": liner}}
+    state = elastic_state(record, {"name": "F", **joint})
+    assert (state["wedge_number"], state["squeeze_number"]) == motion
+    assert state["film_over_rigid"] == pytest.approx(0.3 / (1.0 - eps), rel=1e-6)
+    assert state["deflection_over_film"] == pytest.approx(1.25)
+    assert state["time_in_elastic"] == 0.25
+    assert state["load_in_elastic"] == pytest.approx(1.0 / 3.0)
+    printed = _joint_line(state | {"film_pressure": 2e8, "piezoviscous_number": 4.0})
+    assert "between rigid and elastic, piezoviscous) where it is pressed most" in printed
+    assert "elastic in 25% of the time and 33% of the load" in printed
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("film_least_min", 4e-12, "thins to 4e-12 m; below 1e-09 m, a molecule of oil"),
+        ("film_wedge_max", 38.0, "C_w reaches 38"),
+        ("film_squeeze_max", 2.0, "C_s reaches 2"),
+    ],
+)
+def test_limits_of_a_film_on_a_layer(name, value, words):
+    """A film thinner than a molecule, and a layer that is too soft, have words of their own."""
+    film = "elastic(liner=1e-13,pressure_viscosity=0)"
+    joint = cl.load_case("six_bar_feeder", model="lubricated", film=film).clearance_joints[0]
+    sign, limit, text = next(limit for end, *limit in film_limits(joint) if end == name)
+    assert sign * value > sign * limit
+    assert words in text.format(value)

@@ -3,6 +3,7 @@ apart.
 """
 
 import contextlib
+import dataclasses
 import gzip
 import math
 from pathlib import Path
@@ -102,6 +103,20 @@ def test_quasi_static_journals_are_not_accelerated(case, model):
     mechanism.kernel("rhs")(0.0, y, mechanism.par, work, rate)
     assert np.abs(rate[: mechanism.size]).max() < 1e-9 * mechanism.acceleration
     assert np.hypot(*y[:2]) > 0.0
+
+
+def test_films_on_a_liner_start_quasi_statically():
+    """Through the wall, in a film whose liner stands still: no peak follows, 2 % of the force. A
+    film that begins without pressure carries nothing at first.
+    """
+    scene = cl.load_case("six_bar_feeder", model="lubricated", viscosity=1e-3)
+    film = cl.films.conserving(liner=1e-11, mesh=(48, 4))
+    joints = [dataclasses.replace(j, film=film) if j.name == "B" else j for j in scene.joints]
+    scene = cl.Scene(*joints, *scene.loads, gravity=scene.gravity)
+    run = cl.simulate(scene, turns=0.01, start="quasi-static", rtol=1e-4, samples=5)
+    assert run.joint("B").eccentricity_ratio[0] > 1.05
+    force = np.hypot(run.joint("B").force_x, run.joint("B").force_y)
+    np.testing.assert_allclose(force, force[0], rtol=2e-2)
 
 
 def test_starts_that_cannot_be(settled, tmp_path):
