@@ -171,8 +171,9 @@ class Window:
 
 
 def integrating(places: np.ndarray, begin: float, end: float) -> np.ndarray:
-    """Weights of values at ascending places whose sum is their integral from begin to end: straight
-    lines between them, of which the first and the last reach to begin and end.
+    """Weights of values at ascending places whose sum is their integral from begin to end.
+
+    Straight lines stand between them; the first and the last reach to begin and end.
     """
     width, weights = np.diff(places), np.zeros(len(places))
     edges = np.concatenate([[begin], places[1:-1], [end]])
