@@ -10,6 +10,7 @@ from clearance.values import checks
 
 FED = 100.0  # L/D from where a bearing is taken as long
 TRIED = 0.25, 4.0  # L/D of the bearings that it was compared with
+STIFFEST = 10.0  # summits over the layer, kappa K / s, that it was compared with
 HARD = 50.0  # beta above which steel touches steel, not a layer
 
 
@@ -94,7 +95,14 @@ def _layered(joint, parameters):
 
 @_elastic.doubts
 def _untried(joint, parameters):
-    """Lengths that no solved film was compared with."""
+    """Lengths and summits that no solved film was compared with."""
+    if (summits := getattr(joint, "asperity", None)) is not None:
+        factor = summits.law.pressure[1](**summits.values)
+        if (stiff := parameters["liner"] * factor / joint.roughness) > STIFFEST:
+            return (
+                f"has summits {stiff:.2g} times as stiff as its layer, compared up to "
+                f"{STIFFEST:g}: a run may end; give asperity the modulus of the layer"
+            )
     slenderness = joint.length / (2.0 * joint.radius)
     if 0.99 * TRIED[0] <= slenderness <= 1.01 * TRIED[1] or slenderness >= FED:
         return None

@@ -191,3 +191,11 @@ class TestJoint:
         assert joint.asperity_force.max() > 10.0
         assert joint.film_middle.min() > 5e-7
         assert not any("asperities" in w for w in run.warnings)
+
+
+def test_stiff_summits_warn():
+    """Summits of steel on a soft layer are beyond what was compared; on a hard one not."""
+    for liner, warned in ((1e-12, 1), (1e-13, 0)):
+        film = f"elastic(liner={liner},pressure_viscosity=0)"
+        scene = cl.load_case("six_bar_feeder", model="mixed", film=film)
+        assert sum("as stiff as its layer" in text for text in scene.doubts) == warned
