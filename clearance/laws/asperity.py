@@ -137,25 +137,35 @@ def greenwood_williamson(
 
 
 # --- flow factors, for film models that solve a Reynolds equation
-#: surface pattern gamma: (C, r, smallest valid ratio) and (A1, alpha1, alpha2, alpha3, A2)
-PRESSURE_FACTORS = {
-    1 / 9: (1.48, 0.42, 1.0),
-    1 / 6: (1.38, 0.42, 1.0),
-    1 / 3: (1.18, 0.42, 0.75),
-    1.0: (0.90, 0.56, 0.5),
-    3.0: (0.225, 1.5, 0.5),
-    6.0: (0.520, 1.5, 0.5),
-    9.0: (0.870, 1.5, 0.5),
-}
-SHEAR_FACTORS = {
-    1 / 9: (2.046, 1.12, 0.78, 0.03, 1.856),
-    1 / 6: (1.962, 1.08, 0.77, 0.03, 1.754),
-    1 / 3: (1.858, 1.01, 0.76, 0.03, 1.561),
-    1.0: (1.899, 0.98, 0.92, 0.05, 1.126),
-    3.0: (1.560, 0.85, 1.13, 0.08, 0.556),
-    6.0: (1.290, 0.62, 1.09, 0.08, 0.388),
-    9.0: (1.011, 0.54, 1.07, 0.08, 0.295),
-}
+PATTERNS = (1 / 9, 1 / 6, 1 / 3, 1.0, 3.0, 6.0, 9.0)  # of surfaces, gamma
+
+
+def _by_pattern(text: str) -> dict[float, tuple[float, ...]]:
+    """A table, one row a pattern."""
+    rows = (tuple(map(float, row.split())) for row in text.strip().splitlines())
+    return dict(zip(PATTERNS, rows, strict=True))
+
+
+#: C, r, smallest valid ratio
+PRESSURE_FACTORS = _by_pattern("""
+1.48 0.42 1
+1.38 0.42 1
+1.18 0.42 0.75
+0.90 0.56 0.5
+0.225 1.5 0.5
+0.520 1.5 0.5
+0.870 1.5 0.5
+""")
+#: A1, alpha1, alpha2, alpha3, A2
+SHEAR_FACTORS = _by_pattern("""
+2.046 1.12 0.78 0.03 1.856
+1.962 1.08 0.77 0.03 1.754
+1.858 1.01 0.76 0.03 1.561
+1.899 0.98 0.92 0.05 1.126
+1.560 0.85 1.13 0.08 0.556
+1.290 0.62 1.09 0.08 0.388
+1.011 0.54 1.07 0.08 0.295
+""")
 
 
 def _pattern(table: dict, pattern: float) -> tuple:

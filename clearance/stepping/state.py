@@ -162,51 +162,52 @@ def layout(
         friction turns round within a layer.
     """
     events = (SPOT_VALUES * spots,)
-    arrays = [
-        ("y", float, (size,)),
-        ("f", float, (size,)),  # its rate
-        ("work", float, (work,)),
-        ("scale", float, (size,)),  # natural sizes of the states
-        ("band", float, (spots,)),  # dead band of a touch [m]
-        ("contacts", float, (spots, CONTACT_COLUMNS)),
-        ("peaks", float, (peaks, PEAK_COLUMNS)),
-        ("best", float, (stretches, peaks)),  # extremes of finished stretches
-        ("when", float, (stretches, peaks)),
-        ("integrals", float, (INTEGRAL_ROWS, integrals)),
-        ("nodes", float, (NODE_ROWS, NODES)),
-        ("totals", float, (parts, integrals)),  # of each part of the run
-        ("ends", float, (parts,)),  # of these parts [s]
-        ("angles", int, (angles, 2)),  # places of angles and their rates among the outputs
-        ("turned", float, (angles, 2)),  # both at the end of the last step
-        ("reversals", float, (reversals, REVERSAL_COLUMNS)),
-        ("cuts", float, (reversals * CUTS,)),  # places in the last step where friction turns round
-        ("ledger", int, (ledger,)),  # places of the energies
-        ("row", float, (outputs,)),  # at the end of the last step
-        ("look", float, (outputs,)),  # inside it
-        ("y_new", float, (size,)),
-        ("f_new", float, (size,)),
-        ("trial", float, (size,)),
-        ("defect", float, (size,)),  # rates at `trial`
+    kinds = {"angles": int, "ledger": int, "complexes": complex}
+    shapes = {
+        "y": (size,),
+        "f": (size,),  # its rate
+        "work": (work,),
+        "scale": (size,),  # natural sizes of the states
+        "band": (spots,),  # dead band of a touch [m]
+        "contacts": (spots, CONTACT_COLUMNS),
+        "peaks": (peaks, PEAK_COLUMNS),
+        "best": (stretches, peaks),  # extremes of finished stretches
+        "when": (stretches, peaks),
+        "integrals": (INTEGRAL_ROWS, integrals),
+        "nodes": (NODE_ROWS, NODES),
+        "totals": (parts, integrals),  # of each part of the run
+        "ends": (parts,),  # of these parts [s]
+        "angles": (angles, 2),  # places of angles and their rates among the outputs
+        "turned": (angles, 2),  # both at the end of the last step
+        "reversals": (reversals, REVERSAL_COLUMNS),
+        "cuts": (reversals * CUTS,),  # places in the last step where friction turns round
+        "ledger": (ledger,),  # places of the energies
+        "row": (outputs,),  # at the end of the last step
+        "look": (outputs,),  # inside it
+        "y_new": (size,),
+        "f_new": (size,),
+        "trial": (size,),
+        "defect": (size,),  # rates at `trial`
         # penetration and its rate of all spots where a step begins
-        ("before", float, events),
-        ("after", float, events),
-        ("probed", float, events),  # where a part of the step begins that is searched for contact
-        ("ahead", float, events),  # where it ends
-        ("inside", float, events),
-        ("dense", float, (DENSE_ROWS, size)),
-        ("jacobian_rows", float, (max(states**2, 1),)),
-        ("matrix", float, (scratch + states, max(size, 1))),
-        ("complexes", complex, (2 * (states + 2), max(states, 1))),
-        ("times", float, (rows,)),
-        ("rows", float, (rows, outputs)),
-        ("log", float, (log, LOG_COLUMNS + ledger + logged)),
-        ("impacts", float, (impacts, IMPACT_COLUMNS)),
-        ("followed", float, (followed,)),
-        ("trail", float, (log if followed else 0, TRAIL_PLACES, followed)),  # of each step in `log`
-    ]
-    return np.dtype(
-        [(name, float) for name in FLOATS] + [(name, int) for name in INTEGERS] + arrays
-    )
+        "before": events,
+        "after": events,
+        "probed": events,  # where a part of the step begins that is searched for contact
+        "ahead": events,  # where it ends
+        "inside": events,
+        "dense": (DENSE_ROWS, size),
+        "jacobian_rows": (max(states**2, 1),),
+        "matrix": (scratch + states, max(size, 1)),
+        "complexes": (2 * (states + 2), max(states, 1)),
+        "times": (rows,),
+        "rows": (rows, outputs),
+        "log": (log, LOG_COLUMNS + ledger + logged),
+        "impacts": (impacts, IMPACT_COLUMNS),
+        "followed": (followed,),
+        "trail": (log if followed else 0, TRAIL_PLACES, followed),  # of each step in `log`
+    }
+    arrays = [(name, kinds.get(name, float), shape) for name, shape in shapes.items()]
+    numbers = [(n, float) for n in FLOATS] + [(n, int) for n in INTEGERS]
+    return np.dtype(numbers + arrays)
 
 
 #: number of rows in use -> arrays of output that have so many

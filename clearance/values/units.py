@@ -6,78 +6,41 @@ from decimal import Decimal
 
 from clearance.values.checks import meant
 
+#: SI units, and the units that measure the same with their factors
+_TABLE = f"""
+m: m 1, cm 1e-2, mm 1e-3, um 1e-6, µm 1e-6, nm 1e-9
+rad: rad 1, deg {math.pi / 180.0!r}
+rad/s: rad/s 1, rpm {math.pi / 30.0!r}, deg/s {math.pi / 180.0!r}, Hz {2.0 * math.pi!r}
+s: s 1, ms 1e-3, us 1e-6, min 60, h 3600
+m/s: m/s 1, mm/s 1e-3
+m/s2: m/s2 1, mm/s2 1e-3, gn 9.80665
+Pa s: Pas 1, P 0.1, mPas 1e-3, cP 1e-3
+m2/s: m2/s 1, mm2/s 1e-6, cSt 1e-6
+1/s: 1/s 1
+W: W 1, kW 1e3
+J: J 1, kJ 1e3
+K: K 1, degC 1
+J/K: J/K 1
+W/K: W/K 1
+kg: kg 1, g 1e-3
+kg m2: kgm2 1, kgmm2 1e-6, gmm2 1e-9, gcm2 1e-7
+N: N 1, mN 1e-3, kN 1e3
+N m: Nm 1, Nmm 1e-3, mNm 1e-3, kNm 1e3
+N/m: N/m 1, MN/m 1e6, N/um 1e6, kN/m 1e3, N/mm 1e3
+N s/m: Ns/m 1
+N m/rad: Nm/rad 1
+N m s/rad: Nms/rad 1
+kg/m3: kg/m3 1
+m2/N: m2/N 1, mm3/Nm 1e-9, m3/J 1
+Pa: Pa 1, kPa 1e3
+Pa/m: Pa/m 1, N/mm3 1e9
+Pa: bar 1e5, MPa 1e6, GPa 1e9
+"""
 #: unit -> (SI unit it measures in, factor)
 UNITS = {
-    "m": ("m", 1.0),
-    "cm": ("m", 1e-2),
-    "mm": ("m", 1e-3),
-    "um": ("m", 1e-6),
-    "µm": ("m", 1e-6),
-    "nm": ("m", 1e-9),
-    "rad": ("rad", 1.0),
-    "deg": ("rad", math.pi / 180.0),
-    "rad/s": ("rad/s", 1.0),
-    "rpm": ("rad/s", math.pi / 30.0),
-    "deg/s": ("rad/s", math.pi / 180.0),
-    "Hz": ("rad/s", 2.0 * math.pi),
-    "s": ("s", 1.0),
-    "ms": ("s", 1e-3),
-    "us": ("s", 1e-6),
-    "min": ("s", 60.0),
-    "h": ("s", 3600.0),
-    "m/s": ("m/s", 1.0),
-    "mm/s": ("m/s", 1e-3),
-    "m/s2": ("m/s2", 1.0),
-    "mm/s2": ("m/s2", 1e-3),
-    "gn": ("m/s2", 9.80665),
-    "Pas": ("Pa s", 1.0),
-    "P": ("Pa s", 0.1),
-    "mPas": ("Pa s", 1e-3),
-    "cP": ("Pa s", 1e-3),
-    "m2/s": ("m2/s", 1.0),
-    "mm2/s": ("m2/s", 1e-6),
-    "cSt": ("m2/s", 1e-6),
-    "1/s": ("1/s", 1.0),
-    "W": ("W", 1.0),
-    "kW": ("W", 1e3),
-    "J": ("J", 1.0),
-    "kJ": ("J", 1e3),
-    "K": ("K", 1.0),
-    "degC": ("K", 1.0),
-    "J/K": ("J/K", 1.0),
-    "W/K": ("W/K", 1.0),
-    "kg": ("kg", 1.0),
-    "g": ("kg", 1e-3),
-    "kgm2": ("kg m2", 1.0),
-    "kgmm2": ("kg m2", 1e-6),
-    "gmm2": ("kg m2", 1e-9),
-    "gcm2": ("kg m2", 1e-7),
-    "N": ("N", 1.0),
-    "mN": ("N", 1e-3),
-    "kN": ("N", 1e3),
-    "Nm": ("N m", 1.0),
-    "Nmm": ("N m", 1e-3),
-    "mNm": ("N m", 1e-3),
-    "kNm": ("N m", 1e3),
-    "N/m": ("N/m", 1.0),
-    "MN/m": ("N/m", 1e6),
-    "N/um": ("N/m", 1e6),
-    "kN/m": ("N/m", 1e3),
-    "N/mm": ("N/m", 1e3),
-    "Ns/m": ("N s/m", 1.0),
-    "Nm/rad": ("N m/rad", 1.0),
-    "Nms/rad": ("N m s/rad", 1.0),
-    "kg/m3": ("kg/m3", 1.0),
-    "m2/N": ("m2/N", 1.0),
-    "mm3/Nm": ("m2/N", 1e-9),
-    "m3/J": ("m2/N", 1.0),
-    "Pa": ("Pa", 1.0),
-    "kPa": ("Pa", 1e3),
-    "Pa/m": ("Pa/m", 1.0),
-    "N/mm3": ("Pa/m", 1e9),
-    "bar": ("Pa", 1e5),
-    "MPa": ("Pa", 1e6),
-    "GPa": ("Pa", 1e9),
+    unit: (kind, float(factor))
+    for kind, units in (line.split(": ") for line in _TABLE.strip().splitlines())
+    for unit, factor in map(str.split, units.split(", "))
 }
 #: zero of a unit in SI
 ZEROS = {"degC": 273.15}
