@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from clearance.elements.quantities import ZERO, Described, Number, Row, number
+from clearance.elements.quantities import ZERO, Described, Number, Row, number, optional, start
 from clearance.laws.materials import Material, steel
 from clearance.values import checks
 from clearance.values.units import labelled
@@ -70,16 +70,10 @@ class Body(Described):
     products: tuple[float, float] = number(
         "products of inertia [kg m2]", checks.pair, (0.0, 0.0), fold=ZERO, parts=("xz", "yz")
     )
-    angle: float = number("rough start angle [rad]", checks.finite, 0.0, parameter=False)
-    position: tuple[float, float] | None = number(
-        "rough start [m]", checks.pair, None, parameter=False
-    )
-    angular_velocity: float | None = number(
-        "at the start [rad/s]", checks.finite, None, parameter=False
-    )
-    velocity: tuple[float, float] | None = number(
-        "at the start [m/s]", checks.pair, None, parameter=False
-    )
+    angle: float = start("rough start angle [rad]")
+    position: tuple[float, float] | None = optional("rough start [m]", checks.pair)
+    angular_velocity: float | None = optional("at the start [rad/s]", checks.finite)
+    velocity: tuple[float, float] | None = optional("at the start [m/s]", checks.pair)
 
     def __post_init__(self):
         checks.identifier("body name", self.name)

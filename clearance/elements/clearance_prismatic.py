@@ -11,7 +11,19 @@ from clearance.elements.body import Point
 from clearance.elements.element import Spot, State
 from clearance.elements.joint import FREE, ClearanceJoint, Joint, Known, Surfaces, axis_field
 from clearance.elements.prismatic import Prismatic
-from clearance.elements.quantities import GAPS, NEVER, ROUGH, SIZES, UNIT, ZERO, Row, law, number
+from clearance.elements.quantities import (
+    GAPS,
+    NEVER,
+    ROUGH,
+    SIZES,
+    UNIT,
+    ZERO,
+    Row,
+    law,
+    number,
+    optional,
+    start,
+)
 from clearance.laws.law import (
     BoundLaw,
     FilmJoint,
@@ -74,33 +86,19 @@ class ClearancePrismatic(ClearanceJoint):
     width: float | None = number(
         "width of the faces [m]", checks.positive, None, beside="film", usual=SIZES
     )
-    corner_radius: float | None = number(
-        "radius of the corners [m]", checks.positive, None, parameter=False
-    )
+    corner_radius: float | None = optional("radius of the corners [m]")
     contact: BoundLaw | None = law("contact of a corner and its wall", contact)
     friction: BoundLaw | None = law("friction at a corner", friction, bristle)
     film: BoundLaw | None = law("film between a face and its wall", pad)
     transition: BoundLaw | None = law("how film and contact share an edge", transition)
     lubricant: Lubricant | None = None
-    roughness: float | None = number(
-        "composite rms roughness [m]", checks.positive, None, parameter=False, usual=ROUGH
-    )
+    roughness: float | None = optional("composite rms roughness [m]", usual=ROUGH)
     material: Material = steel
-    layer: float | None = number(
-        "thickness of the elastic layer [m]", checks.positive, None, parameter=False, usual=SIZES
-    )
-    offset: float = number(
-        "offset of the block at the start [m]", checks.finite, 0.0, parameter=False
-    )
-    offset_rate: float = number(
-        "rate of the offset at the start [m/s]", checks.finite, 0.0, parameter=False
-    )
-    tilt: float = number(
-        "tilt of the block at the start [rad]", checks.finite, 0.0, parameter=False
-    )
-    tilt_rate: float = number(
-        "rate of the tilt at the start [rad/s]", checks.finite, 0.0, parameter=False
-    )
+    layer: float | None = optional("thickness of the elastic layer [m]", usual=SIZES)
+    offset: float = start("offset of the block at the start [m]")
+    offset_rate: float = start("rate of the offset at the start [m/s]")
+    tilt: float = start("tilt of the block at the start [rad]")
+    tilt_rate: float = start("rate of the tilt at the start [rad/s]")
 
     along, across, turn = FREE, Known(state="offset"), Known(number="angle", state="tilt")
     turns = True

@@ -10,7 +10,18 @@ from clearance.elements.body import Point
 from clearance.elements.element import WARMING, Spot, State
 from clearance.elements.joint import FREE, ClearanceJoint, Joint, Known
 from clearance.elements.journal import Journal
-from clearance.elements.quantities import GAPS, NEVER, ROUGH, SIZES, ZERO, Row, law, number
+from clearance.elements.quantities import (
+    GAPS,
+    NEVER,
+    ROUGH,
+    SIZES,
+    ZERO,
+    Row,
+    law,
+    number,
+    optional,
+    start,
+)
 from clearance.elements.revolute import Revolute
 from clearance.laws.contact import layer_of
 from clearance.laws.law import (
@@ -95,19 +106,11 @@ class ClearanceRevolute(ClearanceJoint):
     lubricant: Lubricant | None = None
     heat: HeatBalance | None = None
     film_torques: bool = True
-    roughness: float | None = number(
-        "composite rms roughness [m]", checks.positive, None, parameter=False, usual=ROUGH
-    )
+    roughness: float | None = optional("composite rms roughness [m]", usual=ROUGH)
     material: Material = steel
-    layer: float | None = number(
-        "thickness of the elastic layer [m]", checks.positive, None, parameter=False, usual=SIZES
-    )
-    eccentricity: tuple[float, float] = number(
-        "start [m]", checks.pair, (0.0, 0.0), parameter=False
-    )
-    eccentricity_rate: tuple[float, float] = number(
-        "its rate [m/s]", checks.pair, (0.0, 0.0), parameter=False
-    )
+    layer: float | None = optional("thickness of the elastic layer [m]", usual=SIZES)
+    eccentricity: tuple[float, float] = start("start [m]", checks.pair, (0.0, 0.0))
+    eccentricity_rate: tuple[float, float] = start("its rate [m/s]", checks.pair, (0.0, 0.0))
 
     along, across, turn = Known(state="eccentricity_x"), Known(state="eccentricity_y"), FREE
 

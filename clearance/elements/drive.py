@@ -8,7 +8,7 @@ from clearance.elements.body import Body, ground
 from clearance.elements.element import Load, State
 from clearance.elements.joint import Joint
 from clearance.elements.prismatic import Prismatic
-from clearance.elements.quantities import NEVER, RATES, Row, law, number
+from clearance.elements.quantities import NEVER, RATES, Row, law, number, optional
 from clearance.elements.revolute import Revolute
 from clearance.laws.law import BoundLaw, drive_state, effort, signal
 from clearance.values import checks
@@ -48,14 +48,10 @@ class Drive(Load):
     motion: BoundLaw | None = law("coordinate over time", signal)
     torque: float | BoundLaw | None = number("torque [N m]", default=None, families=EFFORTS)
     force: float | BoundLaw | None = number("force [N]", default=None, families=EFFORTS)
-    start: float | None = number("coordinate at t = 0 [rad or m]", default=None, parameter=False)
-    speed_start: float | None = number(
-        "rate at t = 0 [rad/s or m/s]", default=None, parameter=False
-    )
+    start: float | None = optional("coordinate at t = 0 [rad or m]", checks.finite)
+    speed_start: float | None = optional("rate at t = 0 [rad/s or m/s]", checks.finite)
     name: str | None = None
-    nominal: float | None = number(
-        "nominal speed [rad/s]", default=None, parameter=False, usual=RATES
-    )
+    nominal: float | None = optional("nominal speed [rad/s]", checks.finite, usual=RATES)
 
     group = "drives"
 

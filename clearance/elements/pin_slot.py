@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from clearance.elements.body import Point
 from clearance.elements.element import Spot, State
 from clearance.elements.joint import FREE, ClearanceJoint, Joint, Known, Surfaces, axis_field
-from clearance.elements.quantities import GAPS, SIZES, law, number
+from clearance.elements.quantities import GAPS, SIZES, law, number, optional, start
 from clearance.laws.law import BoundLaw, contact, friction
 from clearance.laws.materials import Material, steel
 from clearance.values import checks
@@ -59,14 +59,10 @@ class ClearancePinSlot(ClearanceJoint):
     contact: BoundLaw | None = law("contact of pin and wall", contact)
     friction: BoundLaw | None = law("friction at the wall", friction)
     axis: tuple[float, float] = axis_field()
-    offset: float = number(
-        "start of the pin across the slot [m]", checks.finite, 0.0, parameter=False
-    )
-    offset_rate: float = number("its rate [m/s]", checks.finite, 0.0, parameter=False)
+    offset: float = start("start of the pin across the slot [m]")
+    offset_rate: float = start("its rate [m/s]")
     name: str | None = None
-    length: float | None = number(
-        "length of the pin in the slot [m]", checks.positive, None, parameter=False, usual=SIZES
-    )
+    length: float | None = optional("length of the pin in the slot [m]", usual=SIZES)
     material: Material = steel
 
     along, across, turn, turns = FREE, Known(state="offset"), FREE, True

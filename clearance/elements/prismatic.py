@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from clearance.elements.body import Point
 from clearance.elements.joint import FREE, FRICTIONS, FrictionJoint, Known, axis_field
-from clearance.elements.quantities import UNIT, law, number
+from clearance.elements.quantities import UNIT, law, number, optional
 from clearance.laws.joint_friction import slide_load
 from clearance.laws.law import BoundLaw
 from clearance.values import checks
@@ -29,12 +29,8 @@ class Prismatic(FrictionJoint):
     angle: float = number("angle of b's frame against a's [rad]", checks.finite, 0.0, fold=UNIT)
     name: str | None = None
     friction: BoundLaw | None = law("friction in the slide", *FRICTIONS)
-    overlap: float | None = number(
-        "overlap of slide and guide [m]", checks.positive, None, parameter=False
-    )
-    friction_arm: float | None = number(
-        "arm of the twist [m]", checks.positive, None, parameter=False
-    )
+    overlap: float | None = optional("overlap of slide and guide [m]")
+    friction_arm: float | None = optional("arm of the twist [m]")
     self_aligning: bool = False
 
     along, turn, turns = FREE, Known("angle"), True

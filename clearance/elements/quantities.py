@@ -75,6 +75,16 @@ def number(text: str, check: Callable = checks.finite, default=MISSING, **option
     return field(default=default, metadata={"number": Number(text, check, **options)})
 
 
+def optional(text: str, check: Callable = checks.positive, **options) -> Field:
+    """A number that may be missing, and that is no parameter."""
+    return number(text, check, None, parameter=False, **options)
+
+
+def start(text: str, check: Callable = checks.finite, default=0.0) -> Field:
+    """A number of the state at t = 0, no parameter."""
+    return number(text, check, default, parameter=False)
+
+
 def law(text: str, *families: Family) -> Field:
     """A field that takes a law of some families, or None."""
     return field(default=None, metadata={"law": families, "text": text})

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from clearance.elements.body import Point
 from clearance.elements.joint import FREE, FRICTIONS, FrictionJoint
-from clearance.elements.quantities import law, number
+from clearance.elements.quantities import law, optional
 from clearance.laws.joint_friction import pin_load
 from clearance.laws.law import BoundLaw
 from clearance.values import checks
@@ -24,15 +24,9 @@ class Revolute(FrictionJoint):
     b: Point
     name: str | None = None
     friction: BoundLaw | None = law("friction in the pin", *FRICTIONS)
-    pin_radius: float | None = number(
-        "radius of the pin [m]", checks.positive, None, parameter=False
-    )
-    friction_arm: float | None = number(
-        "arm of the thrust face [m]", checks.positive, None, parameter=False
-    )
-    bending_arm: float | None = number(
-        "arm of bending reactions [m]", checks.positive, None, parameter=False
-    )
+    pin_radius: float | None = optional("radius of the pin [m]")
+    friction_arm: float | None = optional("arm of the thrust face [m]")
+    bending_arm: float | None = optional("arm of bending reactions [m]")
     self_aligning: bool = False
 
     turn = FREE

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from clearance.elements.element import WARMING, Load, State
-from clearance.elements.quantities import NEVER, Row, number
+from clearance.elements.quantities import NEVER, Row, number, optional
 from clearance.values import checks
 
 SURROUNDINGS = 313.15  # temperature of the surroundings where none is given [K]
@@ -30,11 +30,9 @@ class ThermalNode(Load):
     name: str
     capacity: float = number("heat capacity [J/K]", checks.positive)
     conductance: float = number("conductance [W/K]", checks.non_negative)
-    surroundings: float | None = number(
-        "temperature of the surroundings [K]", checks.positive, None, parameter=False
-    )
+    surroundings: float | None = optional("temperature of the surroundings [K]")
     to: "ThermalNode | None" = None
-    start: float | None = number("temperature at t = 0 [K]", checks.positive, None, parameter=False)
+    start: float | None = optional("temperature at t = 0 [K]")
 
     group, kind = "nodes", "node"
 

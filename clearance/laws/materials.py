@@ -2,7 +2,7 @@
 
 from dataclasses import MISSING, Field, dataclass, field, fields
 
-from clearance.values.checks import answers, finite, fraction, meant, non_negative, positive
+from clearance.values.checks import answers, finite, fraction, known, non_negative, positive
 from clearance.values.units import labelled, unusual
 
 
@@ -61,9 +61,7 @@ class Material(Record):
     @staticmethod
     def named(name: str) -> "Material":
         """A material of the table. Raises ValueError for a name that is not there."""
-        if name not in BEARING_MATERIALS:
-            hint = f"{meant(name, BEARING_MATERIALS)}; there are {', '.join(BEARING_MATERIALS)}"
-            raise ValueError(f"no material {name!r}{hint}")
+        known("no material", name, BEARING_MATERIALS)
         return BEARING_MATERIALS[name].material
 
 

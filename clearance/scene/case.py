@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from clearance.scene.joint_options import resolved
 from clearance.scene.scene import Scene
 from clearance.values import checks
-from clearance.values.checks import meant
 from clearance.values.units import quantity
 
 if TYPE_CHECKING:  # what few parameters are
@@ -142,9 +141,8 @@ class Case:
     def scene(self, **values) -> Scene:
         """The scene for given parameter values; an unknown name lists the known ones."""
         parameters = self.parameters
-        if unknown := [n for n in values if n not in parameters]:
-            answer = f"{meant(unknown[0], parameters)}; it has {', '.join(parameters) or 'none'}"
-            raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}{answer}")
+        for name in values:
+            checks.known(f"case {self.name} has no parameter", name, parameters)
         texts = {
             n: v
             for n, v in values.items()

@@ -21,7 +21,7 @@ from clearance.files.texts import brief
 from clearance.laws.law import BoundLaw, DataLaw, Law, OfJoint
 from clearance.laws.materials import Lubricant
 from clearance.laws.oils import oil_named
-from clearance.values.checks import meant
+from clearance.values.checks import known, meant
 from clearance.values.units import amount, quantity
 
 
@@ -187,8 +187,7 @@ def module_of(name: str, texts: Mapping[str, Mapping[str, str]]) -> types.Module
 def law_in(module: types.ModuleType, name: str) -> Law:
     """A law of a module. Raises ValueError for a name that does not exist."""
     laws = {v.name: v for v in vars(module).values() if isinstance(v, Law)}
-    if name not in laws:
-        raise ValueError(f"{module.__name__} has no law {name!r}{meant(name, laws)}")
+    known(f"{module.__name__} has no law", name, laws)
     return laws[name]
 
 
@@ -240,9 +239,7 @@ class Parts:
     def body(self, name: str) -> Body:
         """A body by name."""
         if name not in self._bodies:
-            if name not in self.body_tables:
-                answer = f"{meant(name, self.body_tables)}; bodies: {', '.join(self.body_tables)}"
-                raise ValueError(f"unknown body {name!r}{answer}")
+            known("unknown body", name, self.body_tables)
             with at("body", name, complete=True):
                 self._bodies[name] = self._made(Body, {"name": name, **self.body_tables[name]})
         return self._bodies[name]
@@ -271,9 +268,7 @@ class Parts:
             self._elements[key] = None
             kind, table = self.tables[key]
             with at(section, name, complete=True):
-                if kind not in KINDS:
-                    answer = f"{meant(kind, KINDS)}; known: {', '.join(KINDS)}"
-                    raise ValueError(f"unknown kind {kind!r}{answer}")
+                known("unknown kind", kind, KINDS)
                 self._elements[key] = self._made(KINDS[kind], {"name": name, **table})
         return self._elements[key]
 
@@ -358,9 +353,7 @@ class Parts:
         if (section, value) in self.ready:
             return self.ready[section, value]
         tables = self.shared.get(section, {})
-        if not isinstance(value, str) or value not in tables:
-            answer = f"{meant(str(value), tables)}; known: {', '.join(tables) or 'none'}"
-            raise ValueError(f"unknown {section} {value!r}{answer}")
+        known(f"unknown {section}", value, tables)
         with at(section, value, complete=True):
             return self.ready.setdefault((section, value), self._shared(kind, value, tables[value]))
 
@@ -416,9 +409,7 @@ def is_needed(field: Field) -> bool:
 def _check_names(owner: str, table: Mapping, names, needed) -> None:
     """Raises ValueError for a field that the owner does not have, and for a missing one."""
     for name in table:
-        if name not in names:
-            answer = f"{meant(name, names)}; it has {', '.join(names)}"
-            raise ValueError(f"unknown field {name!r} of {owner}{answer}")
+        known("unknown field", name, names, f" of {owner}")
     if missing := [n for n in needed if n not in table]:
         raise ValueError(f"{owner} needs {', '.join(missing)}")
 

@@ -26,7 +26,7 @@ from clearance.scene.case import Case, Parameter
 from clearance.scene.document import KINDS, Misplaced, Parts, at, law_in, module_of
 from clearance.scene.scene import Scene
 from clearance.scene.user_module import module_of as module_of_file
-from clearance.values.checks import identifier, meant
+from clearance.values.checks import identifier, known, meant
 from clearance.values.columns import Column, each
 from clearance.values.units import UNITS, quantity
 
@@ -183,9 +183,7 @@ def _parameter(name: str, entry: object) -> Parameter:
         raise ValueError(f"the name of a parameter has letters, digits and _, got {name!r}")
     table = entry if isinstance(entry, Mapping) else {"value": entry}
     for key in table:
-        if key not in OF_PARAMETERS:
-            answer = f"{meant(key, OF_PARAMETERS)}; it has {', '.join(OF_PARAMETERS)}"
-            raise ValueError(f"unknown field {key!r} of a parameter{answer}")
+        known("unknown field", key, OF_PARAMETERS, " of a parameter")
     if "value" not in table:
         raise ValueError("a parameter needs a value")
     with at("value"):
@@ -291,9 +289,7 @@ def _law(folder: Path, name: str, field: Field | None) -> Law | Callable:
     if colon:
         return law_in(module_of(file, {}), inside)
     choices = laws_for(field)
-    if name not in choices:
-        answer = f"{meant(name, choices)}; known: {', '.join(choices)}"
-        raise ValueError(f"unknown law {name!r}{answer}")
+    known("unknown law", name, choices)
     return choices[name]
 
 

@@ -135,12 +135,15 @@ def one_of(field: str, value: str, names: Collection[str]) -> str:
     return value
 
 
-def known(reason: str, name: str, names: Collection[str]) -> None:
-    """Raise ValueError for a name that is not among some; reason: "the case has no parameter"."""
+def known(reason: str, name: str, names: Collection[str], of: str = "") -> None:
+    """Raise ValueError for a name that is not among some.
+
+    reason: "the case has no parameter", or "unknown field" of: " of a parameter".
+    """
     if name not in names:
-        verb = "it has" if " has no " in reason else "there are"
+        verb = "it has" if of or " has no " in reason else "there are"
         there = ", ".join(names) or "none"
-        raise ValueError(f"{reason} {name!r}{meant(name, names)}; {verb} {there}")
+        raise ValueError(f"{reason} {name!r}{of}{meant(name, names)}; {verb} {there}")
 
 
 def share(field: str, value: object) -> float:
