@@ -115,13 +115,16 @@ class Body(Described):
         points = {n: number_of(f"{label}: point {n!r}", x) for n, x in points.items()}
         sizes = section if isinstance(section, tuple | list) else (section,)
         sizes = [number_of(f"{label}: section", s, checks.positive) for s in sizes]
-        first, last = min(points.values(), default=0.0), max(points.values(), default=0.0)
+        first = min(points.values(), default=0.0)
+        last = max(points.values(), default=0.0)
         length = last - first if length is None else number_of(f"{label}: length", length)
         checks.positive(f"{label}: length", length)
         if len(sizes) == 1:
-            area, radius = 0.25 * math.pi * sizes[0] ** 2, 0.25 * sizes[0]
+            area = 0.25 * math.pi * sizes[0] ** 2
+            radius = 0.25 * sizes[0]
         elif len(sizes) == 2:
-            area, radius = sizes[0] * sizes[1], sizes[1] / math.sqrt(12.0)
+            area = sizes[0] * sizes[1]
+            radius = sizes[1] / math.sqrt(12.0)
         else:
             raise ValueError(f"{label}: section must be a diameter, or width and height")
         mass = material.density * area * length

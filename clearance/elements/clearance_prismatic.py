@@ -100,7 +100,9 @@ class ClearancePrismatic(ClearanceJoint):
     tilt: float = start("tilt of the block at the start [rad]")
     tilt_rate: float = start("rate of the tilt at the start [rad/s]")
 
-    along, across, turn = FREE, Known(state="offset"), Known(number="angle", state="tilt")
+    along = FREE
+    across = Known(state="offset")
+    turn = Known(number="angle", state="tilt")
     turns = True
 
     def __post_init__(self):
@@ -140,7 +142,9 @@ class ClearancePrismatic(ClearanceJoint):
         tan(psi / 2) = (a - sqrt(a^2 - c (2 b + c))) / (2 b + c). Raises ValueError for a block that
         never does.
         """
-        a, b, c = 0.5 * self.overlap, 0.5 * self.height, self.clearance
+        a = 0.5 * self.overlap
+        b = 0.5 * self.height
+        c = self.clearance
         square = a * a - c * (2.0 * b + c)
         if square < 0.0:
             raise ValueError(
@@ -213,8 +217,10 @@ class Block:
 
     def __init__(self, joint: ClearancePrismatic, m, w):
         self.joint, self.m, self.w = joint, m, w
-        self.number, self.show = partial(m.number, joint), partial(w.show, joint)
-        self.offset, self.tilt = m.state(joint, "offset"), m.state(joint, "tilt")
+        self.number = partial(m.number, joint)
+        self.show = partial(w.show, joint)
+        self.offset = m.state(joint, "offset")
+        self.tilt = m.state(joint, "tilt")
         self.speed = m.rate(joint)
         self.cosine, self.sine = m.trace.cos(self.tilt.v), m.trace.sin(self.tilt.v)
         self.half = tuple(0.5 * self.number(n) for n in ("overlap", "height"))
@@ -245,7 +251,8 @@ class Block:
         motion what it takes out itself.
         """
         m, joint = self.m, self.joint
-        half, slope = self.half[0], self.sine / self.cosine
+        half = self.half[0]
+        slope = self.sine / self.cosine
         turning = self.tilt.d / (self.cosine * self.cosine)
         gaps, rates, shares, gives = [], [], [], []
         for sx in (-1.0, 1.0):
@@ -265,9 +272,12 @@ class Block:
         rear, front = (
             0.5 * (load + s * moment / half) * g for s, g in zip((-1.0, 1.0), gives, strict=True)
         )
-        load, moment, drag = share * (front + rear), share * half * (front - rear), share * drag
-        self.along, self.across = self.along - drag, self.across - sy * load
-        moment = moment / (self.cosine * self.cosine)  # its work is done on the slope's rate
+        load = share * (front + rear)
+        moment = share * half * (front - rear)
+        drag = share * drag
+        self.along -= drag
+        self.across -= sy * load
+        moment /= self.cosine * self.cosine  # its work is done on the slope's rate
         self.moment = self.moment + lever * drag - sy * moment
         self.lost = self.lost + drag * speed + sy * (load * self.offset.d + moment * self.tilt.d)
         self.show(f"film_{name}", "N", f"load of the film at the {name}, away from the wall", load)
@@ -285,7 +295,9 @@ class Block:
         depth = sy * (self.offset.v + y) - self.wall
         rate = sy * (self.offset.d + self.tilt.d * x)
         sliding = self.speed - self.tilt.d * y
-        speed, felt, share = m.impact_speed(joint, i), depth, 1.0
+        speed = m.impact_speed(joint, i)
+        felt = depth
+        share = 1.0
         touching = speed + 0.5
         if joint.transition is not None:
             _, _, _, share, felt, *_ = m.law(joint, "transition", [-depth], self.facts)
@@ -298,7 +310,7 @@ class Block:
         rub = self._rub(name, sliding, normal)
         self._add(x, y, rub, -sy * normal)
         self.lost = self.lost + normal * rate - rub * sliding
-        self.touching[sy] = self.touching[sy] + trace.select(touching, 1.0, 0.0)
+        self.touching[sy] += trace.select(touching, 1.0, 0.0)
         self.gap = -depth if self.gap is None else trace.select(self.gap + depth, -depth, self.gap)
         w.spot(joint, begins, rate)
         self.show(f"gap_{name}", "m", f"gap of corner {name}, {_place(sx, sy)}", -depth)
@@ -307,15 +319,17 @@ class Block:
     def _rub(self, name: str, sliding, normal):
         if self.joint.friction is None:
             return 0.0
-        bristles, suffix = f"bristle_deflection_{name}", f" at corner {name}"
+        bristles = f"bristle_deflection_{name}"
+        suffix = f" at corner {name}"
         force = self.joint.rub(self.m, self.w, sliding, normal, bristles, suffix)
-        self.friction = self.friction + force
+        self.friction += force
         return force
 
     def _add(self, x, y, along, across) -> None:
         """A force at (x, y) from the block's centre."""
-        self.along, self.across = self.along + along, self.across + across
-        self.moment = self.moment + (x * across - y * along)
+        self.along += along
+        self.across += across
+        self.moment += x * across - y * along
 
     def hand_over(self) -> None:
         """Force and moment to both bodies, the power that they take out, and outputs."""

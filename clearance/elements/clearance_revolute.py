@@ -112,7 +112,9 @@ class ClearanceRevolute(ClearanceJoint):
     eccentricity: tuple[float, float] = start("start [m]", checks.pair, (0.0, 0.0))
     eccentricity_rate: tuple[float, float] = start("its rate [m/s]", checks.pair, (0.0, 0.0))
 
-    along, across, turn = Known(state="eccentricity_x"), Known(state="eccentricity_y"), FREE
+    along = Known(state="eccentricity_x")
+    across = Known(state="eccentricity_y")
+    turn = FREE
 
     def __post_init__(self):
         if isinstance(self.elastic, bool):

@@ -128,7 +128,8 @@ def check_work(element: Element, work) -> None:
         raise _wrong(element, f"act gives state {name!r} no rate: w.rate(self, {name!r}, ...)")
     if foreign := rates - states:
         raise _wrong(element, f"act gives a rate to {min(foreign)!r}, no state of order 1 of it")
-    count, spots = len(work.spots.get(element, ())), element.spots()
+    count = len(work.spots.get(element, ()))
+    spots = element.spots()
     if count != len(spots):
         raise _wrong(element, f"act gives {count} w.spot, but spots() has {len(spots)}")
 

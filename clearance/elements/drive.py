@@ -197,8 +197,10 @@ class Drive(Load):
         return effort
 
     def outputs(self, m) -> Iterable[tuple]:
-        name, units = self.effort_kind, "N" if self.slides else "N m"
-        effort, rate = m.effort(self), m.coordinate(self.target).d
+        name = self.effort_kind
+        units = "N" if self.slides else "N m"
+        effort = m.effort(self)
+        rate = m.coordinate(self.target).d
         yield name, units, f"driving {name}", effort
         if (ideal := m.effort_without_friction(self)) is not None:
             yield f"{name}_ideal", units, f"driving {name} without joint friction", ideal

@@ -75,14 +75,17 @@ class Gear(Spring):
         yield f"{self.key}/spread", math.tan(self.pressure_angle), ZERO
 
     def act(self, m, w) -> None:
-        ratio, (x, y) = m.number(self, "ratio"), (c.v for c in m.point(self.first, "b"))
+        ratio = m.number(self, "ratio")
+        x, y = (c.v for c in m.point(self.first, "b"))
         (rx, ry), (tx, ty), scale = self._pitch(m, ratio, x, y)
-        first, second = m.coordinate(self.first), m.coordinate(self.second)
+        first = m.coordinate(self.first)
+        second = m.coordinate(self.second)
         deflection = scale * (ratio * first.v - second.v + m.number(self, "phase"))
         force = self.pull(m, w, deflection, scale * (ratio * first.d - second.d))
         size = abs(force) * m.number(self, "spread")
         apart = size / m.trace.sqrt(rx * rx + ry * ry)
-        fx, fy = force * tx + apart * rx, force * ty + apart * ry
+        fx = force * tx + apart * rx
+        fy = force * ty + apart * ry
         for body, sign in zip(self.bodies(), (-1.0, 1.0), strict=True):
             pose = m.pose(body)
             w.add_at(body, (x + rx - pose.x, y + ry - pose.y, 0.0), sign * fx, sign * fy)
@@ -95,7 +98,9 @@ class Gear(Spring):
             dx, dy = m.axis(self.second)
             return (ratio * dy, -(ratio * dx)), (dx, dy), 1.0
         to = m.point(self.second, "b")
-        dx, dy, share = to[0].v - x, to[1].v - y, 1.0 / (ratio - 1.0)
+        dx = to[0].v - x
+        dy = to[1].v - y
+        share = 1.0 / (ratio - 1.0)
         distance = m.trace.sqrt(dx * dx + dy * dy)
         radius = ratio * share
         line = -(dy / distance), dx / distance

@@ -145,11 +145,14 @@ class Joint(Element):
         """
         if self.soft:  # its forces are known before, and `act` shows them
             return
-        (fx, fy, moment), body, words = m.reaction(self), self.b.body.name, ""
+        fx, fy, moment = m.reaction(self)
+        body = self.b.body.name
+        words = ""
         if self.slides:  # all that passes from a to b there
             effort, parts = self.efforts_along(m)
             dx, dy = m.axis(self)
-            fx, fy = fx + effort * dx, fy + effort * dy
+            fx += effort * dx
+            fy += effort * dy
             words = f", with that of {' and '.join(parts)} along the slide" if parts else ""
         for axis, value in (("x", fx), ("y", fy)):
             yield f"force_{axis}", "N", f"force {axis} on {body}{words}", value
@@ -327,7 +330,8 @@ class FrictionJoint(Joint):
 
     def _friction_outputs(self, m) -> Iterable[tuple]:
         friction, (unit, units) = m.friction, self.units
-        effort, body = friction.efforts[self], self.b.body.name
+        effort = friction.efforts[self]
+        body = self.b.body.name
         kind = "force" if self.slides else "torque"
         text = f"friction {kind} on {body}, opposed to its motion against {self.a.body.name}"
         yield "friction", units, text, effort

@@ -41,7 +41,8 @@ class Journal:
 
     def __init__(self, joint, m, w):
         self.joint, self.m, self.w = joint, m, w
-        self.number, self.show = partial(m.number, joint), partial(w.show, joint)
+        self.number = partial(m.number, joint)
+        self.show = partial(w.show, joint)
         self.clearance = self.number("clearance")
         self.force, self.torque_a, self.torque_b = (0.0, 0.0), 0.0, 0.0
         x, y = (m.state(joint, f"eccentricity_{axis}") for axis in "xy")
@@ -131,7 +132,9 @@ class Journal:
         radius, clearance, length, viscosity, _ = facts
         eccentricity, radial, tangential, *shear = self._of_film(share)
         thin = self._thin
-        radial, tangential, viscosity = thin * radial, thin * tangential, thin * viscosity
+        radial = thin * radial
+        tangential = thin * tangential
+        viscosity = thin * viscosity
         if share.elastic is not None:  # the drag is that of the film itself
             film = 1.0 - share.elastic / clearance
             shear = [s * self._thicker(eccentricity, film) for s in shear]
@@ -154,7 +157,8 @@ class Journal:
             torque_b, torque_a = m.function(drag, state)
             if share.film_gap is not None:  # the pair of forces acts at the true centres
                 rest = 0.5 * (self.distance - eccentricity * clearance) * tangential
-                torque_a, torque_b = share.film * (torque_a - rest), share.film * (torque_b - rest)
+                torque_a = share.film * (torque_a - rest)
+                torque_b = share.film * (torque_b - rest)
         if share.film_gap is not None and share.elastic is None:
             radial = self._kept(share) * radial
         self.film_force = share.film * radial, share.film * tangential
@@ -207,7 +211,8 @@ class Journal:
         roughness too, to 1e-6.
         """
         trace, (spin_a, spin_b) = self.m.trace, self.spins
-        held, receding = 1.0 - share.slope, trace.select(self.approach, 0.0, self.approach)
+        held = 1.0 - share.slope
+        receding = trace.select(self.approach, 0.0, self.approach)
         entrainment = spin_a + spin_b - 2.0 * self.sideways * self.inverse
         resolved = entrainment * share.film_gap
         square, held = receding * receding, held * held
@@ -219,7 +224,8 @@ class Journal:
         """
         m, joint, facts = self.m, self.joint, self.facts
         clearance = facts[1]
-        eccentricity, turning = self.distance / clearance, self.sideways * self.inverse
+        eccentricity = self.distance / clearance
+        turning = self.sideways * self.inverse
         # the film's own eccentricity; the journal's velocity stays what it is
         if share.film_gap is not None:
             eccentricity = 1.0 - share.film_gap / clearance
@@ -340,7 +346,8 @@ class Journal:
 
     def _add(self, force, torque_a, torque_b) -> None:
         self.force = self.force[0] + force[0], self.force[1] + force[1]
-        self.torque_a, self.torque_b = self.torque_a + torque_a, self.torque_b + torque_b
+        self.torque_a += torque_a
+        self.torque_b += torque_b
 
     def hand_over(self) -> None:
         """Force and torques to both bodies, the power that they take out, and the heat of the
@@ -382,19 +389,20 @@ class Journal:
             self.number(f"heat/{n}") if getattr(heat, n) is not None else 0.0
             for n in ("capacity", "conductance", "surroundings", "volumetric")
         )
-        warming, flow = self._warming(), volumetric * self.side_flow
+        warming = self._warming()
+        flow = volumetric * self.side_flow
         power, beside = self._shared(power)
         gain = power - (conductance + flow) * warming
         if heat.supply is not None:
-            gain = gain + flow * self._above(self.number("heat/supply"))
+            gain += flow * self._above(self.number("heat/supply"))
         if heat.stands_alone and heat.to is not None:
             around = self._above(heat.to.temperature(m))
-            gain = gain + conductance * around
-            beside = beside + conductance * (warming - around)
+            gain += conductance * around
+            beside += conductance * (warming - around)
         if heat.stands_alone:
             w.rate(joint, "warming", gain / capacity)
         else:
-            beside = beside + gain
+            beside += gain
         if heat.to is not None:
             heat.to.take(m, w, beside)
         self.show("oil_temperature", "K", "temperature of the oil", surroundings + warming)

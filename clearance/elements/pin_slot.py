@@ -65,7 +65,10 @@ class ClearancePinSlot(ClearanceJoint):
     length: float | None = optional("length of the pin in the slot [m]", usual=SIZES)
     material: Material = steel
 
-    along, across, turn, turns = FREE, Known(state="offset"), FREE, True
+    along = FREE
+    across = Known(state="offset")
+    turn = FREE
+    turns = True
 
     def __post_init__(self):
         super().__post_init__()
@@ -99,14 +102,18 @@ class ClearancePinSlot(ClearanceJoint):
     def act(self, m, w) -> None:
         """Normal and friction forces of both walls, about the pin's centre."""
         along = across = moment = power = 0.0
-        radius, spin = m.number(self, "radius"), m.spin(self.b.body) - m.spin(self.a.body)
-        offset, advance = m.state(self, "offset"), m.coordinate(self).d
+        radius = m.number(self, "radius")
+        spin = m.spin(self.b.body) - m.spin(self.a.body)
+        offset = m.state(self, "offset")
+        advance = m.coordinate(self).d
         w.show(self, "offset", "m", "centre of the pin across the slot", offset.v)
         for i, (name, side) in enumerate(WALLS):
-            gap, rate = m.number(self, "clearance") - side * offset.v, side * offset.d
+            gap = m.number(self, "clearance") - side * offset.v
+            rate = side * offset.d
             depth, speed = m.contact(self, -gap, i)
             (normal,) = m.law(self, "contact", [depth, rate, speed])
-            sliding, rub = advance - side * radius * spin, 0.0
+            sliding = advance - side * radius * spin
+            rub = 0.0
             if self.friction is not None:
                 rub = self.rub(m, w, sliding, normal)
                 w.show(
@@ -116,11 +123,9 @@ class ClearancePinSlot(ClearanceJoint):
                     f"friction force on the pin at the {name} wall",
                     rub,
                 )
-            along, across, moment = (
-                along + rub,
-                across - side * normal,
-                moment - side * radius * rub,
-            )
+            along += rub
+            across -= side * normal
+            moment -= side * radius * rub
             power = power + normal * rate - rub * sliding
             w.spot(self, -gap, rate)
             w.show(self, f"gap_{name}", "m", f"gap between the pin and the {name} wall", gap)
@@ -140,7 +145,8 @@ class ClearancePinSlot(ClearanceJoint):
             m.number(self, "clearance") - size,
         )
         dx, dy = m.axis(self)
-        fx, fy = along * dx - across * dy, along * dy + across * dx
+        fx = along * dx - across * dy
+        fy = along * dy + across * dx
         w.pair(self, fx, fy, moment)
         w.lose(self, power)
         self.show_force(w, (fx, fy))

@@ -44,6 +44,8 @@ class Prismatic(FrictionJoint):
         return {"friction_arm_inverse": inverse, "overlap_inverse": 1.0 / self.overlap}
 
     def components(self, m, reaction: tuple, across: tuple) -> list:
-        (fx, fy, moment), (axial, mx, my), (dx, dy) = reaction, across, m.axis(self)
+        fx, fy, moment = reaction
+        axial, mx, my = across
+        dx, dy = m.axis(self)
         (twist,) = self.through("friction_arm", "a moment about its axis", mx * dx + my * dy)
         return [dx * fy - dy * fx, axial, twist, moment, dx * my - dy * mx]

@@ -108,7 +108,8 @@ class Described:
     def _check_fields(self) -> None:
         """Check numbers and laws, as their fields declare them."""
         for entry in fields(self):
-            value, label = getattr(self, entry.name), f"{self.label()}: {entry.name}"
+            value = getattr(self, entry.name)
+            label = f"{self.label()}: {entry.name}"
             spec = entry.metadata.get("number")
             if "law" in entry.metadata:
                 self._set(entry.name, bound(label, value, *entry.metadata["law"]))
@@ -117,9 +118,11 @@ class Described:
 
     def doubts(self) -> list[str]:
         """Warnings about its numbers, and about those of its oil and material."""
-        texts, slides = [], getattr(self, "slides", False)
+        texts = []
+        slides = getattr(self, "slides", False)
         for entry in fields_of(type(self)):
-            value, spec = getattr(self, entry.name), entry.metadata.get("number")
+            value = getattr(self, entry.name)
+            spec = entry.metadata.get("number")
             if spec is not None and spec.usual:
                 unit = slides and len(spec.units) - 1
                 texts.append(spec.doubt(f"{self.label()}: {entry.name}", value, unit))
@@ -131,7 +134,8 @@ class Described:
         """All numbers of the kernel: name, value, values that are folded into the code."""
         key = self.key
         for entry in fields_of(type(self)):
-            value, name = getattr(self, entry.name), f"{key}/{entry.name}"
+            value = getattr(self, entry.name)
+            name = f"{key}/{entry.name}"
             spec = entry.metadata.get("number")
             if isinstance(value, BoundLaw):
                 yield from ((f"{name}/{p}", v, NEVER) for p, v in value.values.items())

@@ -46,7 +46,8 @@ class Spring(Load):
         return [Spot(BLENDED, law.law.engaged[1](law.values))]
 
     def doubts(self) -> list[str]:
-        texts, law = super().doubts(), getattr(self, self.slot)
+        texts = super().doubts()
+        law = getattr(self, self.slot)
         if law is None or law.law.engaged is not None:
             return texts
         forces = []
@@ -74,7 +75,8 @@ class Spring(Load):
                 w.spot(self, *m.of_law(self, self.slot, engaged[0], [elongation, rate]))
             w.lose(self, tension * rate)
             return tension
-        stiffness, damping = m.number(self, "stiffness"), m.number(self, "damping")
+        stiffness = m.number(self, "stiffness")
+        damping = m.number(self, "damping")
         w.store(0.5 * stiffness * elongation * elongation)
         w.lose(self, damping * rate * rate)
         return stiffness * elongation + damping * rate
@@ -106,7 +108,8 @@ class SpringDamper(Spring):
     holds_free_bodies = True
 
     def act(self, m, w) -> None:
-        (ax, ay), (bx, by) = m.point(self, "a"), m.point(self, "b")
+        ax, ay = m.point(self, "a")
+        bx, by = m.point(self, "b")
         x, y = bx - ax, by - ay
         length = m.trace.sqrt(x.v * x.v + y.v * y.v + 1e-300)
         rate = (x.d * x.v + y.d * y.v) / length

@@ -75,7 +75,7 @@ class ThermalNode(Load):
     def act(self, m, w) -> None:
         apart = m.state(self, "warming").v
         if self.to is not None:  # both count from the same temperature
-            apart = apart - m.state(self.to, "warming").v
+            apart -= m.state(self.to, "warming").v
         flow = m.number(self, "conductance") * apart
         self.take(m, w, -flow)
         if self.to is not None:

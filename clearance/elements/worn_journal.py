@@ -37,10 +37,13 @@ class WornJournal(Journal):
         """
         super()._polar(trace, x, y)
         m, joint = self.m, self.joint
-        pose, journal = m.pose(joint.a.body), m.pose(joint.b.body)
+        pose = m.pose(joint.a.body)
+        journal = m.pose(joint.b.body)
         spin_a, spin_b = self.spins
-        ex, ey = pose.cosine * x.v + pose.sine * y.v, pose.cosine * y.v - pose.sine * x.v
-        vx, vy = pose.cosine * x.d + pose.sine * y.d, pose.cosine * y.d - pose.sine * x.d
+        ex = pose.cosine * x.v + pose.sine * y.v
+        ey = pose.cosine * y.v - pose.sine * x.v
+        vx = pose.cosine * x.d + pose.sine * y.d
+        vy = pose.cosine * y.d - pose.sine * x.d
         self.turn = 0.0
         if joint.journal_wears:
             across = pose.cosine * journal.sine - pose.sine * journal.cosine
@@ -83,7 +86,8 @@ class WornJournal(Journal):
 
         fx, fy, shear = self._at_outline(short_on_outlines, state, self.facts)
         fx, fy = m.pose(joint.a.body).turned(fx, fy)
-        radial, tangential = fx * self.nx + fy * self.ny, fy * self.nx - fx * self.ny
+        radial = fx * self.nx + fy * self.ny
+        tangential = fy * self.nx - fx * self.ny
         return self.distance / c, radial, tangential, shear
 
     def _asperities(self) -> tuple:
@@ -107,7 +111,9 @@ class WornJournal(Journal):
         self.of_film = self.force, self.torque_a, self.torque_b
         lift = self._lift()
         self.depth = lift - self.gap
-        depth, speed, touching = self.distance - (self.clearance - lift), m.impact_speed(joint), 1.0
+        depth = self.distance - (self.clearance - lift)
+        speed = m.impact_speed(joint)
+        touching = 1.0
         if joint.impacts:
             touching = trace.select(speed + 0.5, 1.0, 0.0)
             depth, speed = m.contact(joint, depth)
@@ -155,7 +161,10 @@ class WornJournal(Journal):
         load.
         """
         (fx, fy, load, moment), factor = self._asperities()
-        fx, fy, load, moment = factor * fx, factor * fy, factor * load, factor * moment
+        fx = factor * fx
+        fy = factor * fy
+        load = factor * load
+        moment = factor * moment
         twist = moment if self.joint.journal_wears else 0.0
         self._add(self.m.pose(self.joint.a.body).turned(fx, fy), -twist, twist)
         self.show("asperity_force", "N", "load of the asperities", load)

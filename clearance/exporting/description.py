@@ -126,7 +126,8 @@ class Description:
             # the effort of a drive that is an input is that input
             if index not in self.shown and not inputs.get(channel.path):
                 path = channel.path + ("_shown" if channel.path in inputs else "")
-                name, text = structured(path), channel.long_name
+                name = structured(path)
+                text = channel.long_name
                 text = text.replace(", minus its start value", "")
                 text += ", in (-pi, pi]" if channel.wrapped else ""
                 self._add(Variable(name, outputs[index], text, channel.units, "output"))
@@ -157,21 +158,25 @@ class Description:
             if path in paths and i not in channels:
                 path += "_state"
             state = Variable(path, reference, text, units, start=mechanism.y0[i])
-            state.nominal, state.causality = nominals[i], "output" if i in channels else "local"
+            state.nominal = nominals[i]
+            state.causality = "output" if i in channels else "local"
             self._add_state(state, i)
         for k, drive in enumerate(model.driven):
             i = layout.length + k
             start = mechanism.par[layout.parameters[f"{drive.key}/start"]]
             units = "m" if drive.slides else "rad"
-            path, text = f"{drive.key}/driven", "driven coordinate"
+            path = f"{drive.key}/driven"
+            text = "driven coordinate"
             self._add_state(Variable(path, self.states[i], text, units, start=start), i)
 
     def _add_state(self, state: Variable, i: int) -> None:
         """A state named by its path, and its rate; i: its place."""
-        state.name, state.initial = structured(state.name), "exact"
+        state.name = structured(state.name)
+        state.initial = "exact"
         state.nominal = abs(float(state.nominal or 1.0)) or 1.0
         self._add(state)
-        name, text = f"der({state.name})", f"rate of {state.name}"
+        name = f"der({state.name})"
+        text = f"rate of {state.name}"
         self._add(Variable(name, self.rates[i], text, derivative=state.reference))
 
     def _add_numbers(self, references: list[int]) -> None:

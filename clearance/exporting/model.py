@@ -233,7 +233,8 @@ class Model:
                 numbers[0][place] = start
             changed = self.values.copy()
             changed[list(self.symbols).index(name)] = trial
-            formed, wanted = self._evaluate(changed), np.concatenate(numbers)
+            formed = self._evaluate(changed)
+            wanted = np.concatenate(numbers)
             count = len(self.par) if name in self.changing else len(wanted)
             if not np.allclose(formed[:count], wanted[:count], rtol=ROUNDING, atol=0.0):
                 return False
@@ -317,7 +318,8 @@ class Model:
         others = [n for n in self.inputs if n.name not in self.speeds]
         first = layout.length + len(self.driven)
         for k, drive in enumerate(self.driven):
-            turned, faster = self._leaf(f"dy[{layout.length + k}]"), self._leaf(f"dy[{first + k}]")
+            turned = self._leaf(f"dy[{layout.length + k}]")
+            faster = self._leaf(f"dy[{first + k}]")
             along = turned - self._leaf("t") * faster
             seeds[self._leaf(f"par[{place[f'{drive.key}/start']}]")] = along
             seeds[self._leaf(f"par[{place[f'{drive.key}/speed']}]")] = faster

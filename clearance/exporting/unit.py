@@ -138,7 +138,8 @@ def _laws(joint) -> list[str]:
 
 def write_unit(model: Model, path: str | Path, compiled: bool = True) -> list[str]:
     """Write the archive; returns the platforms that it has binaries for."""
-    archive, memory = contents(model, compiled), io.BytesIO()
+    archive = contents(model, compiled)
+    memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
         for name in sorted(archive, key=lambda n: (n != "modelDescription.xml", n)):
             packed.writestr(zipfile.ZipInfo(name, EARLIEST), archive[name], zipfile.ZIP_DEFLATED)

@@ -287,7 +287,8 @@ def coarseness(
     cells: int, eccentricity_ratio: float, slenderness: float, most: float = TOO_COARSE
 ) -> str | None:
     """Objection to so many equal cells around, where more than `most` of the load may be missed."""
-    error, finer = load_error(cells, eccentricity_ratio, slenderness), cells
+    error = load_error(cells, eccentricity_ratio, slenderness)
+    finer = cells
     if error <= most:
         return None
     while load_error(finer, eccentricity_ratio, slenderness) > most:

@@ -147,9 +147,11 @@ class MemoryFilm:
                 f"memory: "
                 "without conservation it must be 'reynolds'"
             )
-        self.bearing, self.conserving = bearing, bool(conserving)
+        self.bearing = bearing
+        self.conserving = bool(conserving)
         self.filled = check_drag("film with memory", drag) == RING
-        self.liner, self.grading = checks.non_negative("liner", liner), grading
+        self.liner = checks.non_negative("liner", liner)
+        self.grading = grading
         self.summits = NONE if asperity is None else self._summits(asperity, roughness)
         self.iterations, self.mass_defect, self.asperity_load = 0, 0.0, 0.0
         self._lay(n, nz)
@@ -173,15 +175,18 @@ class MemoryFilm:
             return start + 2.0 * math.pi * turns - around * each(math.sin, 2.0 * math.pi * turns)
 
         self.theta = angle(np.arange(n) / n)
-        edges, self._midway = angle((np.arange(n + 1) - 0.5) / n), angle((np.arange(n) + 0.5) / n)
+        edges = angle((np.arange(n + 1) - 0.5) / n)
+        self._midway = angle((np.arange(n) + 0.5) / n)
         faces = np.linspace(0.0, 0.5, nz + 1)
         if along > 0.0:
             faces = 0.5 * each(math.tanh, 2.0 * along * faces) / math.tanh(along)
-        depth, middle = np.diff(faces), 0.5 * (faces[1:] + faces[:-1])
+        depth = np.diff(faces)
+        middle = 0.5 * (faces[1:] + faces[:-1])
         # the flow out of the end is exact for the parabola of a short bearing (its cell means too)
         to_end = 0.5 * depth[-1] * (1.0 - 2.0 * depth[-1] / 3.0)
         self.axial = self.bearing.length * middle
-        width, half = np.diff(edges), 0.5 * np.diff(edges)
+        width = np.diff(edges)
+        half = 0.5 * np.diff(edges)
         ring = np.column_stack(
             [f(at) for at in (self.theta, self._midway) for f in (np.cos, np.sin)]
         )
@@ -213,7 +218,8 @@ class MemoryFilm:
             np.zeros((n * nz, 1)),
         )
         self._right = np.zeros((n * nz, 5))
-        self._base, self._growth = np.zeros((n, nz)), np.zeros((n, nz))
+        self._base = np.zeros((n, nz))
+        self._growth = np.zeros((n, nz))
         self._scales = np.array(self.bearing.scales)
         self._fixed = np.full((n, nz), math.nan)
         for groove in self.bearing.grooves:
@@ -389,7 +395,8 @@ class MemoryFilm:
         """Force of the asperities on the journal [N]: they lift the surfaces from the gap that the
         oil alone would leave.
         """
-        mesh, p = self._mesh, self._state.p + self._mesh.lowest
+        mesh = self._mesh
+        p = self._state.p + self._mesh.lowest
         ring = mesh.ring[:, :2]
         smooth = 1.0 - mesh.mean * (ring @ (ex, ey)) + mesh.worn[:, 2]
         pressure = (self.gap - smooth[:, None] - mesh.soft * p) / mesh.soft

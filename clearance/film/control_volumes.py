@@ -69,11 +69,9 @@ def join(gaps, slopes, width, summits, face):
     P is the reduced pressure of film/piezo.py. Both are per axial length. gaps,
     and their slopes: in the middle of this cell, at the face, in the middle of the next cell.
     """
-    (here, own_on), (mid, mid_on), (far, far_on) = (
-        floored(gaps[0], summits),
-        floored(gaps[1], summits),
-        floored(gaps[2], summits),
-    )
+    here, own_on = floored(gaps[0], summits)
+    mid, mid_on = floored(gaps[1], summits)
+    far, far_on = floored(gaps[2], summits)
     own_slope, mid_slope, far_slope = slopes
     a, b, d = 1.0 / here, 1.0 / mid, 1.0 / far
     third = width / 6.0 * (a * a * a + 4.0 * b * b * b + d * d * d)
@@ -141,19 +139,19 @@ def fill(gaps, slopes, width, mesh, cell):
 
     gaps, and their slopes: at the face before, in the middle, at the face behind, the mean.
     """
-    (before, before_on), (here, own_on), (beyond, beyond_on), (mean, mean_on) = (
-        floored(gaps[0], mesh.summits),
-        floored(gaps[1], mesh.summits),
-        floored(gaps[2], mesh.summits),
-        floored(gaps[3], mesh.summits),
-    )
+    before, before_on = floored(gaps[0], mesh.summits)
+    here, own_on = floored(gaps[1], mesh.summits)
+    beyond, beyond_on = floored(gaps[2], mesh.summits)
+    mean, mean_on = floored(gaps[3], mesh.summits)
     before_slope, own_slope, beyond_slope, mean_slope = slopes
     third = mesh.weight * width / 6.0
     cell[AXIAL] = third * (before**3 + 4.0 * here**3 + beyond**3)
     cell[VOLUME] = width * mean
     cell[SHEAR] = width / 6.0 * (1.0 / before + 4.0 / here + 1.0 / beyond)
     for m in range(3):
-        db, do, de = before_on * before_slope[m], own_on * own_slope[m], beyond_on * beyond_slope[m]
+        db = before_on * before_slope[m]
+        do = own_on * own_slope[m]
+        de = beyond_on * beyond_slope[m]
         cell[AXIAL + 1 + m] = 3.0 * third * (before**2 * db + 4.0 * here**2 * do + beyond**2 * de)
         # by the pressure always: a liner that the journal has passed must still answer its pressure
         cell[VOLUME + 1 + m] = width * (mean_on if m < 2 else 1.0) * mean_slope[m]
@@ -186,10 +184,13 @@ def thicken(motion, state, mesh, system):
             pressure = p[i, k] if free else max(least[i, k], solid)
             if k < nz:
                 p[i, k] = pressure
-            q, thin, rate = pressure + mesh.lowest, 1.0, 0.0
+            q = pressure + mesh.lowest
+            thin = 1.0
+            rate = 0.0
             if mesh.oil.alpha > 0.0:
                 q, thin, rate = reduced(q, mesh.oil)
-            oil[i, k, PRESS], oil[i, k, REDUCED] = pressure + mesh.lowest, q
+            oil[i, k, PRESS] = pressure + mesh.lowest
+            oil[i, k, REDUCED] = q
             oil[i, k, THIN], oil[i, k, RATE] = thin, rate
             oil[i, k, TOUCH] = 1.0 / mesh.soft if touches else 0.0
 
@@ -210,20 +211,26 @@ def measure(motion, drag, mesh, system):
         mean = mesh.mean[i]
         cj, sj = ring[j, 0], ring[j, 1]
         cb, sb = ring[i - 1, 2], ring[i - 1, 3]
-        own_slope, far_slope = (-c, -s, soft, 0.0), (-cj, -sj, 0.0, soft)
+        own_slope = -c, -s, soft, 0.0
+        far_slope = -cj, -sj, 0.0, soft
         mid_slope = (-cf, -sf, 0.5 * soft, 0.5 * soft)
-        before_slope, beyond_slope = (-cb, -sb, soft), (-cf, -sf, soft)
+        before_slope = -cb, -sb, soft
+        beyond_slope = -cf, -sf, soft
         mean_slope = (-mean * c, -mean * s, soft)
-        here, far = 1.0 - ex * c - ey * s + worn[i, 0], 1.0 - ex * cj - ey * sj + worn[j, 0]
-        mid, before = 1.0 - ex * cf - ey * sf + worn[i, 1], 1.0 - ex * cb - ey * sb + worn[i - 1, 1]
+        here = 1.0 - ex * c - ey * s + worn[i, 0]
+        far = 1.0 - ex * cj - ey * sj + worn[j, 0]
+        mid = 1.0 - ex * cf - ey * sf + worn[i, 1]
+        before = 1.0 - ex * cb - ey * sb + worn[i - 1, 1]
         average = 1.0 - mean * (ex * c + ey * s) + worn[i, 2]
         for k in range(face.shape[1]):
-            y, z = soft * oil[i, k, PRESS], soft * oil[j, k, PRESS]
+            y = soft * oil[i, k, PRESS]
+            z = soft * oil[j, k, PRESS]
             gaps = here + y, mid + 0.5 * (y + z), far + z
             slopes_here = own_slope, mid_slope, far_slope
             join(gaps, slopes_here, mesh.step[i], mesh.summits, face[i, k])
             if soft > 0.0:
-                near, beyond = 0.5 * oil[i, k, THIN], 0.5 * oil[j, k, THIN]
+                near = 0.5 * oil[i, k, THIN]
+                beyond = 0.5 * oil[j, k, THIN]
                 thin = near + beyond, -near * oil[i, k, RATE], -beyond * oil[j, k, RATE]
                 lean(gaps, slopes_here, thin, drag, mesh, face[i, k])
         for k in range(cell.shape[1]):

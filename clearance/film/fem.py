@@ -224,7 +224,8 @@ class FemFilm:
     """
 
     def __init__(self, bearing: Bearing, mesh: tuple[int, int] = (64, 8)):
-        self.bearing, self.cells = bearing, check_mesh(mesh)
+        self.bearing = bearing
+        self.cells = check_mesh(mesh)
         self.conserving = bearing.cavitation == "mass_conserving"
         around, along = tensor_lines(bearing, self.cells)
         if self.conserving:
@@ -238,7 +239,8 @@ class FemFilm:
         self.theta, self.zeta = self.ring.nodes, self.line.nodes
         self.shape = len(self.theta), len(self.zeta)
         fixed, given = supplied(bearing, self.theta, self.zeta)
-        self.fixed, self.given = fixed.ravel(), given.ravel()
+        self.fixed = fixed.ravel()
+        self.given = given.ravel()
 
     def solve(
         self, eccentricity_ratio: float, radial_rate: float, entrainment: float
@@ -280,7 +282,8 @@ class FemFilm:
     def _source(self, state: tuple[float, float, float]) -> np.ndarray:
         """b."""
         eps, rate, entrainment = state
-        cos, sin = np.cos(self.ring.points), np.sin(self.ring.points)
+        cos = np.cos(self.ring.points)
+        sin = np.sin(self.ring.points)
         psi = flow_factors(self.bearing, 1.0 + eps * cos)[1]
         push = psi * (0.5 * eps * entrainment * sin - rate * cos)
         return 12.0 * np.kron(self.ring.load(push), self.line.load())
@@ -316,7 +319,8 @@ class FemFilm:
         eps, rate, entrainment = state
         middle = self.theta + 0.5 * np.diff(np.append(self.theta, self.theta[0] + TURN))
         through = 6.0 * entrainment * flow_factors(self.bearing, 1.0 + eps * np.cos(middle))[2]
-        left, cos = np.arange(len(self.theta)), np.cos(self.theta)
+        left = np.arange(len(self.theta))
+        cos = np.cos(self.theta)
         right = np.roll(left, -1)
         upstream = np.tile(left if entrainment >= 0.0 else right, 2)
         flow = np.append(through, -through), (np.append(left, right), upstream)
@@ -339,7 +343,8 @@ class FemFilm:
         free = np.flatnonzero(~self.fixed)
         pressure = np.where(self.fixed, self.given, self.bearing.lowest)
         right = (source - matrix @ pressure)[free]
-        inner, moved = matrix[free][:, free], carrier[free][:, free]
+        inner = matrix[free][:, free]
+        moved = carrier[free][:, free]
         full = np.ones(len(free), dtype=bool)
         for systems in range(1, MOST + 1):
             system = inner @ sp.diags_array(1.0 * full) + moved @ sp.diags_array(1.0 * ~full)
@@ -362,7 +367,8 @@ class FemFilm:
         if not np.all(change[~full] >= -1.0 - SLACK):
             raise ValueError(f"film: no oil content between 0 and 1 found; {NO_CONTENT}")
         pressure = np.where(self.fixed, self.given, self.bearing.lowest)
-        content, wet = np.ones(self.fixed.size), np.ones(self.fixed.size, dtype=bool)
+        content = np.ones(self.fixed.size)
+        wet = np.ones(self.fixed.size, dtype=bool)
         pressure[free[full]] += change[full]
         content[free[~full]] += change[~full]
         wet[free] = full
@@ -383,16 +389,19 @@ class FemFilm:
     ) -> FilmSolution:
         """Results of a field; flux, source: A P and b, whose difference leaves at the ends."""
         ring, line, bearing = self.ring, self.line, self.bearing
-        nodal, wet = field.pressure.reshape(self.shape), field.wet.reshape(self.shape)
+        nodal = field.pressure.reshape(self.shape)
+        wet = field.wet.reshape(self.shape)
         # at ambient pressure the value of an end does not state whether it is wet
         wet[:, -1] = wet[:, -2]
         content = wet if field.content is None else field.content.reshape(self.shape)
         flux, source = (at.reshape(self.shape)[:, -1] for at in (flux, source))
         pressure, share = (ring.values @ at @ line.values.T for at in (nodal, wet))
         if bearing.cavitation == "gumbel":
-            share, flux = pressure > bearing.lowest, flux * wet[:, -1]
+            share = pressure > bearing.lowest
+            flux = flux * wet[:, -1]
             nodal, pressure = (np.maximum(at, bearing.lowest) for at in (nodal, pressure))
-        cos, sin = np.cos(ring.points), np.sin(ring.points)
+        cos = np.cos(ring.points)
+        sin = np.sin(ring.points)
         radial, tangential, shear = (
             2.0 * (ring.weights * around) @ at @ line.weights
             for around, at in ((cos, pressure), (sin, pressure), (1.0 / (1.0 + eps * cos), share))

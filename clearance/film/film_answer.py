@@ -43,10 +43,12 @@ def by_motion(state, old, flow, mesh, system, right):
         for k in range(nz):
             a, b = order[i] * nz + k, order[j] * nz + k
             area = 12.0 * mesh.width[i] * mesh.mean[i]
-            f, v = face[i, k if layered else 0], cell[i, k if layered else 0]
+            f = face[i, k if layered else 0]
+            v = cell[i, k if layered else 0]
             upwind, fall, _, by_own, by_next = around(i, j, k, state, flow, mesh, system)
             _, moved, by_here, by_there = along(i, k, mesh, system)
-            inner, beyond = 1.0 / mesh.depth[k], 1.0 / mesh.depth[min(k + 1, nz - 1)]
+            inner = 1.0 / mesh.depth[k]
+            beyond = 1.0 / mesh.depth[min(k + 1, nz - 1)]
             gained = flow.hold * (content[i, k] - old[i, k])
             for m in range(2):
                 right[a, m] -= gained * v[VOLUME + 1 + m]
@@ -85,8 +87,10 @@ def gather(state, mesh, system, scales, right, out):
     for i in range(n):
         for k in range(nz):
             v = cell[i, k if cell.shape[1] > 1 else 0]
-            cavity, slope = kind[i, k] == CAVITATED, right[mesh.order[i] * nz + k]
-            thin, touch = oil[i, k, THIN], oil[i, k, TOUCH]
+            cavity = kind[i, k] == CAVITATED
+            slope = right[mesh.order[i] * nz + k]
+            thin = oil[i, k, THIN]
+            touch = oil[i, k, TOUCH]
             part = carried if cavity and not mesh.filled else 0.0
             wet = carried * max(content[i, k], 0.0) if cavity and not mesh.filled else 1.0
             deep = 2.0 * mesh.depth[k]

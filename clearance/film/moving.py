@@ -117,7 +117,9 @@ def flow_factors(gap, thickness):
 @compiled
 def terms_of(state, grid):
     """The Terms of a motion (eps, v_r, w); of complex numbers where it is complex."""
-    eps, vr, vt = state[0], state[1], 0.5 * state[0] * state[2]
+    eps = state[0]
+    vr = state[1]
+    vt = 0.5 * state[0] * state[2]
     cells, points = grid.places.shape
     along = np.zeros((cells, 3, 3), state.dtype)
     across = np.zeros((cells, 3, 3), state.dtype)
@@ -127,7 +129,8 @@ def terms_of(state, grid):
         for q in range(points):
             u = grid.places[e, q]
             stretch = 1.0 + a * math.cos(u)
-            c, s = np.cos(u + a * math.sin(u)), np.sin(u + a * math.sin(u))
+            c = np.cos(u + a * math.sin(u))
+            s = np.sin(u + a * math.sin(u))
             gap = 1.0 + eps * c
             phi, psi = flow_factors(gap, grid.thickness)
             flow = phi * gap * gap * gap
@@ -147,9 +150,11 @@ def terms_of(state, grid):
     least = 144.0 * LEAST * LEAST * (vr * vr + vt * vt + AT_REST * AT_REST)
     positive, size, delta = np.zeros((3, 2 * cells), state.dtype)
     for j in range(2 * cells):
-        mean, spacing = source[j] / area[j], (0.75 if j % 2 else 1.5) * area[j]
+        mean = source[j] / area[j]
+        spacing = (0.75 if j % 2 else 1.5) * area[j]
         about = np.sqrt(mean * mean + least)
-        positive[j], size[j] = 0.5 * (mean + about) * area[j], about * area[j]
+        positive[j] = 0.5 * (mean + about) * area[j]
+        size[j] = about * area[j]
         room = spacing * spacing / (1.0 + SHORT * grid.axial * spacing * spacing)
         delta[j] = WIDTH * about * room * area[j] / cube[j]
     return Terms(along, across, source, positive, size, delta, cos, sin, shear)
@@ -203,7 +208,8 @@ def seen(pressure, terms, grid):
     is beside it.
     """
     (columns, rows), above = pressure.shape, grid.lowest
-    shown, wet = pressure.copy(), np.ones((columns, rows), np.int64) + 0.0 * pressure
+    shown = pressure.copy()
+    wet = np.ones((columns, rows), np.int64) + 0.0 * pressure
     for j in range(columns):
         delta = terms.delta[j]
         for k in range(rows - 1):
@@ -223,11 +229,9 @@ def seen(pressure, terms, grid):
 def measures(pressure, terms, grid):
     """W_r, W_t, integral of mu / mu0 / H over the area that drags, side flow."""
     shown, wet = seen(pressure, terms, grid)
-    integrals, out, last = (
-        np.zeros(4, pressure.dtype),
-        flows(shown, terms, grid),
-        grid.load.size - 1,
-    )
+    integrals = np.zeros(4, pressure.dtype)
+    out = flows(shown, terms, grid)
+    last = grid.load.size - 1
     for j in range(pressure.shape[0]):
         for k in range(pressure.shape[1]):
             p, thick = pressed(shown[j, k], grid.oil)
@@ -247,7 +251,8 @@ def assemble(factors, pressure, terms, grid):
 
     Columns are in the order last, 0, 1, ...; the last but one closes the ring.
     """
-    columns, inner = pressure.shape[0], pressure.shape[1] - 1
+    columns = pressure.shape[0]
+    inner = pressure.shape[1] - 1
     band, border, corner = factors
     band[:], border[:], corner[:] = 0.0, 0.0, 0.0
     count = band.shape[0]
@@ -256,10 +261,12 @@ def assemble(factors, pressure, terms, grid):
             one = (2 * e + i) % columns
             for j in range(3):
                 other = (2 * e + j) % columns
-                first, second = (one + 1) % columns * inner, (other + 1) % columns * inner
+                first = (one + 1) % columns * inner
+                second = (other + 1) % columns * inner
                 if first > second:
                     continue
-                along, across = terms.along[e, i, j], terms.across[e, i, j]
+                along = terms.along[e, i, j]
+                across = terms.across[e, i, j]
                 for k in range(inner):
                     for m in range(max(0, k - 2), min(inner, k + 3)):
                         if first + k > second + m or not (
@@ -314,7 +321,9 @@ def settle(pressure, terms, grid, factors, fresh):
 
     Corrections made and factorisations; no correction where it did not settle.
     """
-    before, systems, step = 0.0, 0, np.zeros(pressure.shape)
+    before = 0.0
+    systems = 0
+    step = np.zeros(pressure.shape)
     for made in range(1, MOST + 1):
         if fresh:
             assemble(factors, pressure, terms, grid)
@@ -341,7 +350,8 @@ def slopes_of(state, pressure, terms, grid, factors):
     """
     assemble(factors, pressure, terms, grid)
     factorise(factors)
-    slopes, responses = np.zeros((4, 4)), np.zeros((3, *pressure.shape))
+    slopes = np.zeros((4, 4))
+    responses = np.zeros((3, *pressure.shape))
     values = measures(pressure, terms, grid)
     for k in range(4):  # numba takes seconds for a row or column in place of its numbers
         slopes[k, 0] = values[k]
@@ -393,7 +403,8 @@ def _grid(
     """
     around, along = tensor_lines(bearing, mesh)
     ring, line = Line(around, closed=True), Line(along)
-    mass, stiffness = line.mass().toarray(), line.stiffness().toarray()
+    mass = line.mass().toarray()
+    stiffness = line.stiffness().toarray()
     columns, zeta, shapes = ring.nodes, line.nodes, ring.basis.basis
     order = [0, 2, 1]  # of the shapes of a cell: left, middle, right
     fixed, given = supplied(bearing, columns % TURN, zeta)
@@ -422,11 +433,13 @@ def _grid(
 def _unmoved(theta: np.ndarray, a: float, start: float) -> np.ndarray:
     """u of angles theta, from `start` on: bisection of theta = u + a sin(u), which grows."""
     wanted = theta % TURN
-    low, high = np.zeros_like(wanted), np.full_like(wanted, TURN)
+    low = np.zeros_like(wanted)
+    high = np.full_like(wanted, TURN)
     for _ in range(52):
         middle = 0.5 * (low + high)
         beyond = middle + a * np.sin(middle) > wanted
-        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+        low = np.where(beyond, low, middle)
+        high = np.where(beyond, middle, high)
     return (0.5 * (low + high) - start) % TURN + start
 
 
@@ -450,7 +463,8 @@ class MovingFilm:
     def __init__(self, bearing: Bearing, mesh: tuple[int, int] | None = None, drag: str = WET):
         if bearing.cavitation not in CODES:
             raise ValueError(f"a film without memory has no cavitation {bearing.cavitation!r}")
-        self.bearing, self.mesh = bearing, check_mesh(mesh or mesh_for(bearing.slenderness))
+        self.bearing = bearing
+        self.mesh = check_mesh(mesh or mesh_for(bearing.slenderness))
         self.grid, self.nodes, self.zeta, self.given = _grid(bearing, self.mesh, drag == RING)
         inner = len(self.zeta) - 1
         count = (len(self.nodes) - 1) * inner
@@ -463,7 +477,10 @@ class MovingFilm:
 
     def reset(self) -> None:
         """Forget the last solution."""
-        self.pressure, self.fresh, self.responses, self.state = self.given.copy(), True, None, None
+        self.pressure = self.given.copy()
+        self.fresh = True
+        self.responses = None
+        self.state = None
 
     def _settled(self, eccentricity_ratio: float, radial_rate: float, entrainment: float):
         """State and terms of a motion, its pressure settled."""
@@ -504,7 +521,8 @@ class MovingFilm:
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
         """Objection to this mesh at an eccentricity."""
-        cells, slenderness = self.mesh[0], self.bearing.slenderness
+        cells = self.mesh[0]
+        slenderness = self.bearing.slenderness
         if not self.grid.moves:
             return coarseness(cells, eccentricity_ratio, slenderness, DOUBTFUL)
         if (error := error_of(cells, eccentricity_ratio, slenderness)) <= DOUBTFUL:

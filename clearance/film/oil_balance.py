@@ -64,7 +64,8 @@ def along(i, k, mesh, system):
     """
     cell, oil = system.cell, system.oil
     conductance, by_here, by_there, layer = axial(cell, i, k, mesh.apart)
-    here, there = cell[i, k if layer else 0], cell[i, layer]
+    here = cell[i, k if layer else 0]
+    there = cell[i, layer]
     fall = oil[i, k, REDUCED] - oil[i, k + 1, REDUCED]
     by_x = (by_here * here[AXIAL + 1] + by_there * there[AXIAL + 1]) * fall
     by_y = (by_here * here[AXIAL + 2] + by_there * there[AXIAL + 2]) * fall
@@ -79,7 +80,8 @@ def add_around(i, k, state, flow, mesh, system):
     kind, matrix, rest = state.kind, system.matrix, system.rest
     nz, w = kind.shape[1], matrix.shape[1] // 2
     j = i + 1 if i + 1 < kind.shape[0] else 0
-    a, b = mesh.order[i] * nz + k, mesh.order[j] * nz + k
+    a = mesh.order[i] * nz + k
+    b = mesh.order[j] * nz + k
     _, _, flux, by_own, by_next = around(i, j, k, state, flow, mesh, system)
     swept = mesh.carried * flow.drag * system.face[i, k if system.face.shape[1] > 1 else 0, GAP]
     if kind[i, k] == CAVITATED:
@@ -97,10 +99,13 @@ def add_around(i, k, state, flow, mesh, system):
 @inlined
 def add_along(i, k, kind, mesh, system):
     """The flow from cell (i, k) to its axial neighbour or out of the end, and its derivatives."""
-    matrix, rest, nz = system.matrix, system.rest, kind.shape[1]
+    matrix = system.matrix
+    rest = system.rest
+    nz = kind.shape[1]
     a, w = mesh.order[i] * nz + k, matrix.shape[1] // 2
     flux, _, by_own, by_next = along(i, k, mesh, system)
-    inner, beyond = 1.0 / mesh.depth[k], 1.0 / mesh.depth[min(k + 1, nz - 1)]
+    inner = 1.0 / mesh.depth[k]
+    beyond = 1.0 / mesh.depth[min(k + 1, nz - 1)]
     rest[a, 0] -= inner * flux
     if kind[i, k] != CAVITATED:
         matrix[a, w] += inner * by_own
@@ -177,7 +182,8 @@ def move(state, size, mesh, system):
             if oil[i, k, RATE] > 0.0:  # no further than the viscosity's slope holds
                 step = min(max(step, -1.0 / oil[i, k, RATE]), 1.0 / oil[i, k, RATE])
             p[i, k] += step
-            most, change = max(most, abs(p[i, k])), max(change, abs(step))
+            most = max(most, abs(p[i, k]))
+            change = max(change, abs(step))
     return change / most
 
 
@@ -208,7 +214,9 @@ def switch(motion, state, mesh, share, noise):
             empties = kind[i, k] == FULL and p[i, k] < least - low
             fills = kind[i, k] == CAVITATED and content[i, k] > 1.0 + high
             if empties or fills:
-                kind[i, k], p[i, k], content[i, k] = CAVITATED if empties else FULL, least, 1.0
+                kind[i, k] = CAVITATED if empties else FULL
+                p[i, k] = least
+                content[i, k] = 1.0
                 switched += 1
     return switched
 
@@ -291,8 +299,12 @@ def settle(motion, state, past, flow, mesh, system):
 
     Returns how many, -1 if unsettled. motion: ex, ey.
     """
-    p, soft, linear = state.p, mesh.soft, mesh.soft == 0.0 and mesh.oil.alpha == 0.0
-    brake, before, size = 0.0, 1.0, size_of(flow.drag, past.base, mesh)
+    p = state.p
+    soft = mesh.soft
+    linear = mesh.soft == 0.0 and mesh.oil.alpha == 0.0
+    brake = 0.0
+    before = 1.0
+    size = size_of(flow.drag, past.base, mesh)
     if soft > 0.0 and stands_in(motion, state, mesh):
         lift_off(motion, size, state, mesh)
     for count in range(LIMIT + p.shape[0]):
@@ -345,7 +357,8 @@ def inflow(state, flow, mesh, system):
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
         for k in range(nz):
-            here, there = kind[i, k] == FIXED, kind[j, k] == FIXED
+            here = kind[i, k] == FIXED
+            there = kind[j, k] == FIXED
             if here != there:
                 _, _, flux, _, _ = around(i, j, k, state, flow, mesh, system)
                 total += (flux if here else -flux) * mesh.depth[k]

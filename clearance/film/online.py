@@ -110,19 +110,19 @@ class FilmAnswer(Callback):
             roughness=joint.roughness if settings["flow_factors"] else 0.0,
             **_oil(settings),
         )
-        drag, mesh, self.usual = (
-            settings.get("drag", WET),
-            settings["mesh"],
-            USUAL[settings["solver"]],
-        )
+        drag = settings.get("drag", WET)
+        mesh = settings["mesh"]
+        self.usual = USUAL[settings["solver"]]
         if settings["solver"] == "fem":
             from clearance.film.moving import MovingFilm
 
-            self.film, self.filled = MovingFilm(bearing, mesh, drag), False
+            self.film = MovingFilm(bearing, mesh, drag)
+            self.filled = False
         else:
             from clearance.film.bands import FastFilm
 
-            self.film, self.filled = FastFilm(bearing, mesh), drag == RING
+            self.film = FastFilm(bearing, mesh)
+            self.filled = drag == RING
         self.asked, self.answered, self.found = None, VALUE, None
         super().__init__(3, 4, self._solve)
 
@@ -202,7 +202,8 @@ class MemoryAnswer(Callback):
                 slopes = self._by_lift(motion, elapsed, angle, lift, lift_rate)
             # Newton's method moves neither angle nor time
             self.found = [[*row, 0.0, *by, 0.0] for row, by in zip(solved, slopes, strict=True)]
-            self.asked, self.answered = list(state), wanted
+            self.asked = list(state)
+            self.answered = wanted
         return self.found
 
     def _by_lift(self, motion, elapsed: float, angle: float, *lift: float) -> list[tuple]:
@@ -211,7 +212,8 @@ class MemoryAnswer(Callback):
         def value(*lift: float):
             return self.film.trial(*motion, elapsed, angle, *lift)[:, 0]
 
-        rows, fast = [], max(abs(motion[4]), abs(lift[1]), 1.0)
+        rows = []
+        fast = max(abs(motion[4]), abs(lift[1]), 1.0)
         for step in ((FEELER, 0.0), (0.0, FEELER * fast)):
             up, down = ([at + way * h for at, h in zip(lift, step, strict=True)] for way in (1, -1))
             rows.append((value(*up) - value(*down)) / (2.0 * max(step)))

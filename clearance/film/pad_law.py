@@ -32,7 +32,8 @@ def pad_table(gap, slope, gap_rate, slope_rate, speed, face, data, start):
     """
     a = face.half_length
     tau = min(max(slope * a / gap, -STEEPEST), STEEPEST)
-    u, w = gap_rate - 0.5 * slope * speed - REST, slope_rate * a
+    u = gap_rate - 0.5 * slope * speed - REST
+    w = slope_rate * a
     y = 0.5 * math.log((1.0 + tau) / (1.0 - tau))
     load, moment, wet = looked_up(data, int(start), y, math.atan2(w, u))
     size = math.sqrt(u * u + w * w)

@@ -89,7 +89,8 @@ def pressed(q, oil):
     p, thick, rate = q.real, 1.0, 0.0
     for _ in range(STEPS if oil.alpha > 0.0 else 0):
         reached, thin, rate = reduced(p, oil)
-        step, thick = (q.real - reached) / thin, 1.0 / thin
+        step = (q.real - reached) / thin
+        thick = 1.0 / thin
         p += step
         if abs(step) <= 1e-13 * abs(p):
             break

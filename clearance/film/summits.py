@@ -46,7 +46,8 @@ def summits_of(law: BoundLaw, roughness: float, liner: float, clearance: float) 
 @njit(error_model="numpy", forceinline=True, _nrt=False)
 def lifted(gap, summits):
     """Gap between rough surfaces by that between smooth ones, and its slope."""
-    place, last = (gap - summits[BEGIN]) / summits[STEP], summits.size - FIRST - 1
+    place = (gap - summits[BEGIN]) / summits[STEP]
+    last = summits.size - FIRST - 1
     if place >= last:
         return gap, 1.0
     if place < 0.0:

@@ -168,7 +168,8 @@ def _filled(key):
     from clearance.film.table import between
 
     made = between(key)
-    numbers, layers = made.numbers.copy(), key.layers + 2 if key.layers > 1 else 1
+    numbers = made.numbers.copy()
+    layers = key.layers + 2 if key.layers > 1 else 1
     numbers[HEAD + layers + 2 : int(numbers[6]) : 3] = 2.0 * math.pi
     return replace(made, numbers=numbers)
 

@@ -81,7 +81,9 @@ def guessed(gap, speed, approach, width, rest, sizes, stiff, squeeze):
     fast = entrained(speed, squeeze * approach / math.sqrt(film), rest)
     of_radius, of_speed, _, of_material = sizes
     half = 0.5 * (of_speed + fast)
-    stiff, material, unit = stiff + 0.5 * half, of_material + 0.5 * half, of_radius + half
+    stiff = stiff + 0.5 * half
+    material = of_material + 0.5 * half
+    unit = of_radius + half
     thin = (math.log(MIDDLE) - FALL * stiff) * (1.0 / (1.0 + 1.5 * FALL))
     thick = (math.log(THICK) + 0.75 * material - 0.125 * stiff) * (1.0 / 1.1875)
     middle = joined(thin, thick, MET)
@@ -89,9 +91,11 @@ def guessed(gap, speed, approach, width, rest, sizes, stiff, squeeze):
     boost = middle - thin
     if gap > 0.0:  # what thickens the oil fades
         middle = thin + boost / (1.0 + math.exp(2.0 * (far - middle)))
-        side, sharpness = (2.0 * (math.log(MARTIN) - stiff) + far) * (1.0 / 3.0), ABOVE
+        side = (2.0 * (math.log(MARTIN) - stiff) + far) * (1.0 / 3.0)
+        sharpness = ABOVE
     else:
-        side, sharpness = 0.7 * far + math.log(CENTRAL[0]) - 0.2 * stiff + boost, BELOW
+        side = 0.7 * far + math.log(CENTRAL[0]) - 0.2 * stiff + boost
+        sharpness = BELOW
     z = 2.0 * unit + joined(2.0 * middle, side, sharpness)
     film, deflection = unfolded(z, gap)
     closing = approach * math.sqrt(film) / (film + YIELD * deflection)
@@ -113,7 +117,8 @@ def parted(film, deflection, ratio):
 
     ratio: ln of the rigid film over the film.
     """
-    chi, root = share_of_film(film, deflection), math.exp(0.5 * ratio)
+    chi = share_of_film(film, deflection)
+    root = math.exp(0.5 * ratio)
     return film * root * root, chi * root, 1.0 - chi
 
 

@@ -122,12 +122,16 @@ def arc_integrals(eps, gap, start):
     """
     sine, cosine = math.sin(start), math.cos(start)
     edge = gap + eps * eps * sine * sine
-    first, last = sommerfeld_angle(eps, start), sommerfeld_angle(eps, start + math.pi)
-    middle, half = 0.5 * (first + last), 0.5 * (last - first)
+    first = sommerfeld_angle(eps, start)
+    last = sommerfeld_angle(eps, start + math.pi)
+    middle = 0.5 * (first + last)
+    half = 0.5 * (last - first)
     j01, j02, j20 = 0.0, 0.0, 0.0
     for k in range(2 * HALF):
         psi = middle + half * (NODES[k % HALF] if k < HALF else -NODES[k % HALF])
-        c, s, weight = math.cos(psi), math.sin(psi), WEIGHTS[k % HALF]
+        c = math.cos(psi)
+        s = math.sin(psi)
+        weight = WEIGHTS[k % HALF]
         j01 += weight * (c - eps) * (1.0 - eps * c)
         j02 += weight * (c - eps) * (c - eps)
         j20 += weight * s * s
@@ -262,23 +266,28 @@ def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
     scale = joint.viscosity * joint.length * joint.radius**3 / joint.clearance**2
     thick, wedge = 2.0 + eps * eps, eps * abs(entrainment)  # turned around, F_t changes its sign
     factor, rate, wedge = moving(radial_rate, wedge)
-    at_long, at_short = math.atan2(thick * rate, wedge), math.atan2(2.0 * rate, wedge)
+    at_long = math.atan2(thick * rate, wedge)
+    at_short = math.atan2(2.0 * rate, wedge)
     start = sommerfeld_angle(eps, max(at_long, at_short))
     end = sommerfeld_angle(eps, min(at_long, at_short) + math.pi)
     h_l = 1.0 + eps * math.cos(at_long)
     s_l = math.sin(at_long) * (1.0 + h_l) / (thick * h_l * h_l)
-    middle, half = 0.5 * (start + end), 0.5 * (end - start)
+    middle = 0.5 * (start + end)
+    half = 0.5 * (end - start)
     radial, tangential = 0.0, 0.0
     for k in range(2 * HALF):
         node = NODES[k % HALF] if k < HALF else -NODES[k % HALF]
         psi = middle + half * node
         stretch = 1.0 - eps * math.cos(psi)
-        c, s, h = (math.cos(psi) - eps) / stretch, root * math.sin(psi) / stretch, gap / stretch
+        c = (math.cos(psi) - eps) / stretch
+        s = root * math.sin(psi) / stretch
+        h = gap / stretch
         square = 1.0 / (h * h)
         squeeze = rate * (math.cos(at_long) - c) * (h_l + h) * square / (h_l * h_l)
         p_long = 6.0 * (wedge * (s * (1.0 + h) * square / thick - s_l) + squeeze)
         p_short = 3.0 * slender * slender * (wedge * s - 2.0 * rate * c) * square / h
-        p_long, p_short = max(p_long, 1e-300), max(p_short, 1e-300)
+        p_long = max(p_long, 1e-300)
+        p_short = max(p_short, 1e-300)
         pressure = p_long * harmonic_share(p_short / (p_short + p_long))
         weight = WEIGHTS[k % HALF] * half * root / stretch * pressure
         radial += weight * c

@@ -286,7 +286,8 @@ def _falling(static: str, kinetic: str) -> Callable:
     """Friction falls from the level at rest to that of sliding."""
 
     def demand(joint, parameters):
-        high, low = parameters[static], parameters[kinetic]
+        high = parameters[static]
+        low = parameters[kinetic]
         return f"needs {static} >= {kinetic}, got {high:g} and {low:g}" if high < low else None
 
     return demand

@@ -40,7 +40,8 @@ def joined(x, y, sharpness):
 def four_regimes(load, material, regimes):
     """ln H from ln M and ln L_, by the constants of the central or of the least film."""
     c_ei, c_rp, c_ep, a, b, s_0, s_1, s_2 = regimes
-    rigid, elastic = math.log(MARTIN) - load, math.log(c_ei) - 0.2 * load
+    rigid = math.log(MARTIN) - load
+    elastic = math.log(c_ei) - 0.2 * load
     thin = joined(rigid, elastic, a)
     rigid_thick = math.log(c_rp) + (2.0 / 3.0) * material
     thick = -joined(-rigid_thick, 0.125 * load - 0.75 * material - math.log(c_ep), b)
@@ -55,7 +56,8 @@ def effective_radius(radius, clearance):
 
 def scales(joint, modulus, pressure_viscosity):
     """Those of a joint, see `LineScales`; modulus E* [Pa]."""
-    radius, stiff = effective_radius(joint.radius, joint.clearance), 2.0 * modulus
+    radius = effective_radius(joint.radius, joint.clearance)
+    stiff = 2.0 * modulus
     load = math.log(joint.length * stiff * radius)
     material = math.log(max(pressure_viscosity * stiff, NOTHING))
     return math.log(radius), math.log(joint.viscosity / (stiff * radius)), load, material

@@ -111,7 +111,8 @@ def wet(left, middle, right):
     """Integrals of the powers of u over the part where the parabola through three values is
     positive.
     """
-    slope, bend = 0.5 * (right - left), 0.5 * (left + right) - middle
+    slope = 0.5 * (right - left)
+    bend = 0.5 * (left + right) - middle
     straight = abs(slope) >= 2.0 * abs(bend)  # largest and smallest at the ends
     if left >= 0.0 and right >= 0.0 and (straight or bend <= 0.0):
         return FULL
@@ -239,7 +240,9 @@ def summed(eccentricity_x, eccentricity_y, angle, joint, data, start, steep):
     first, cells = arc(x, y, c)
     before, t = turned(angle)
     bearing, journal = places(int(start), first, before)
-    weights, slopes, bends = cubic(t), cubic_slope(t), cubic_bend(t)
+    weights = cubic(t)
+    slopes = cubic_slope(t)
+    bends = cubic_bend(t)
     journal_worn = data[int(start)] != 0.0
     fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
     xx, xy, yy, nx, ny = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -254,10 +257,16 @@ def summed(eccentricity_x, eccentricity_y, angle, joint, data, start, steep):
             cos, sin = COS[node + 1], SIN[node + 1]
             b, r, k = parabola(left, middle, right)
             total, with_cos, with_sin = cell_force(b, r, k, cos, sin, s)
-            fx, fy, load = fx - with_cos, fy - with_sin, load + total
+            fx -= with_cos
+            fy -= with_sin
+            load += total
             if steep:
                 by = cell_stiffness(cos, sin, s)
-                xx, xy, yy, nx, ny = xx + by[0], xy + by[1], yy + by[2], nx + by[3], ny + by[4]
+                xx += by[0]
+                xy += by[1]
+                yy += by[2]
+                nx += by[3]
+                ny += by[4]
             if journal_worn:
                 j0, j1, j2 = slope_of_journal(data, journal + node, slopes)
                 moment -= product(b, r, k, j0, j1, j2, s)
@@ -316,7 +325,8 @@ touching.slopes = touching_slopes
 # --- the deepest point
 def peak(left, middle, right):
     """Largest value of a cell's parabola and where."""
-    slope, bend = 0.5 * (right - left), 0.5 * (left + right) - middle
+    slope = 0.5 * (right - left)
+    bend = 0.5 * (left + right) - middle
     if bend < 0.0 and abs(slope) < -2.0 * bend:
         u = -0.5 * slope / bend
         return middle + 0.5 * slope * u, u
@@ -327,7 +337,10 @@ def deepest(eccentricity_x, eccentricity_y, angle, joint, data, start):
     """Penetration max g over all angles [m], negative in free flight, and its derivatives by e_x,
     e_y and angle.
     """
-    at, x, y, clearance = int(start), eccentricity_x, eccentricity_y, joint.clearance
+    at = int(start)
+    x = eccentricity_x
+    y = eccentricity_y
+    clearance = joint.clearance
     before, t = turned(angle)
     weights, slopes = cubic(t), cubic_slope(t)
     ahead = int(round(math.atan2(y, x) / STEP)) % NODES
@@ -348,7 +361,8 @@ def deepest(eccentricity_x, eccentricity_y, angle, joint, data, start):
             if most >= best:
                 best, node_best, u_best = most, node, u
     c, d = COS[node_best + 1], SIN[node_best + 1]
-    straight, across = 1.0 + BEND * u_best * u_best, SINE * u_best
+    straight = 1.0 + BEND * u_best * u_best
+    across = SINE * u_best
     by_angle = 0.0
     if data[at] != 0.0:
         j0, j1, j2 = slope_of_journal(data, journal + node_best, slopes)
@@ -426,13 +440,15 @@ def pieces(depths: np.ndarray) -> np.ndarray:
     parts = _parts(depths)
     rows = []
     for node in parts:
-        here, beyond = depths[node], depths[(node + 1) % NODES]
+        here = depths[node]
+        beyond = depths[(node + 1) % NODES]
         rows.append((-1.0, node, 0.5, 0.5 * (here + beyond), (beyond - here) / STEP))
     for node, some in parts.items():
         for low, high, (a, b, c) in some:
             for point, weight in GAUSS:
                 u = low + point * (high - low)
-                depth, rise = a + u * (b + u * c), (b + 2.0 * u * c) / STEP
+                depth = a + u * (b + u * c)
+                rise = (b + 2.0 * u * c) / STEP
                 rows.append((weight * (high - low), node, u, depth, rise))
     table = np.zeros((len(GAUSS) * MOST_PARTS + MOST_CELLS, PIECE))
     for row, (share, node, u, depth, rise) in zip(table, rows, strict=False):
@@ -455,7 +471,8 @@ def _parts(depths: np.ndarray) -> dict[int, list]:
 
 def _through(nodes: Sequence[float], at: int) -> np.ndarray:
     """Coefficients, in steps beyond the one `at` a place, of the parabola through three nodes."""
-    rise, bend = 0.5 * (nodes[2] - nodes[0]), 0.5 * (nodes[0] + nodes[2]) - nodes[1]
+    rise = 0.5 * (nodes[2] - nodes[0])
+    bend = 0.5 * (nodes[0] + nodes[2]) - nodes[1]
     shift = at - 1.0
     return np.array([nodes[at], rise + 2.0 * bend * shift, bend])
 
@@ -466,7 +483,8 @@ class Outline:
     """
 
     def __init__(self, joint: FilmJoint, settings: dict):
-        bearing, journal = settings["bearing"], settings["journal"]
+        bearing = settings["bearing"]
+        journal = settings["journal"]
         worn = any(journal)
         lines = [np.resize(np.roll(depths, 1), LINE) for depths in (bearing, journal)]
         self.numbers = np.concatenate([[float(worn)], *lines, pieces(np.asarray(bearing))])

@@ -63,8 +63,10 @@ def full_pad(gap, slope, gap_rate, slope_rate, speed, face):
     tau = min(max(slope * a / gap, -STEEPEST), STEEPEST)
     square = tau * tau
     if abs(tau) < SERIES:
-        level, turning = horner(square, LEVEL), horner(square, TURNING)
-        mixed, ratio = tau * horner(square, MIXED), 1.0 + square * horner(square, LEVEL) / 3.0
+        level = horner(square, LEVEL)
+        turning = horner(square, TURNING)
+        mixed = tau * horner(square, MIXED)
+        ratio = 1.0 + square * horner(square, LEVEL) / 3.0
     else:
         ratio = 0.5 * math.log((1.0 + tau) / (1.0 - tau)) / tau
         level = 3.0 * (ratio - 1.0) / square

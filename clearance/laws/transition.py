@@ -175,7 +175,9 @@ def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0, datum=1.0, squeeze=1.0):
 
 def _ordered(joint, parameters):
     """Thresholds must grow, and a threshold needs a roughness."""
-    low, middle, high = parameters["dry"], parameters["mixed"], parameters["full"]
+    low = parameters["dry"]
+    middle = parameters["mixed"]
+    high = parameters["full"]
     if not low < middle < high:
         return f"needs thresholds dry < mixed < full, got {low:g}, {middle:g}, {high:g}"
     if joint.roughness is None:
@@ -191,7 +193,9 @@ def _ordered(joint, parameters):
 
 def _weights_fit(joint, parameters):
     """As `_ordered`, and contact begins where it has a weight."""
-    datum, mixed, full = parameters["datum"], parameters["mixed"], parameters["full"]
+    datum = parameters["datum"]
+    mixed = parameters["mixed"]
+    full = parameters["full"]
     if reason := _ordered(joint, parameters):
         return reason
     if datum * mixed > full:
@@ -232,7 +236,8 @@ def tabled(ratio, data, start):
     """Memberships (full film, mixed, dry) of a film thickness ratio from a table; constant beyond
     its ends.
     """
-    first, last = start + 1, start + 1 + ROW * (int(data[start]) - 1)
+    first = start + 1
+    last = start + 1 + ROW * (int(data[start]) - 1)
     x = min(max(ratio, data[first]), data[last])
     a = first
     for k in range(first, last, ROW):

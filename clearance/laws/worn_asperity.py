@@ -74,7 +74,8 @@ def moment_and_slope(ratio, row):
     k = min(int(position), VALUES.shape[1] - 2)
     t = position - k
     a, b = VALUES[row, k], VALUES[row, k + 1]
-    rise, fall = SLOPES[row, k] / PARTS, SLOPES[row, k + 1] / PARTS
+    rise = SLOPES[row, k] / PARTS
+    fall = SLOPES[row, k + 1] / PARTS
     bend = 3.0 * (b - a) - 2.0 * rise - fall
     twist = rise + fall - 2.0 * (b - a)
     return (
@@ -96,7 +97,9 @@ def summed(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint, data, s
     first, cells = arc(x, y, joint.clearance - MOST * sigma)
     before, t = turned(angle)
     bearing, journal = places(int(start), first, before)
-    weights, slopes, bends = cubic(t), cubic_slope(t), cubic_bend(t)
+    weights = cubic(t)
+    slopes = cubic_slope(t)
+    bends = cubic_bend(t)
     journal_worn = data[int(start)] != 0.0
     fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
     xx, xy, yy, nx, ny = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -104,16 +107,25 @@ def summed(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint, data, s
     for node in range(first, first + 2 * cells):
         g = overlap(x, y, joint.clearance, data, bearing, journal, node, weights)
         p, slope = moment_and_slope(-g / sigma, int(row))
-        c, d, k = COS[node + 1], SIN[node + 1], -slope / sigma
-        fx, fy, load = fx - p * c, fy - p * d, load + p
+        c = COS[node + 1]
+        d = SIN[node + 1]
+        k = -slope / sigma
+        fx -= p * c
+        fy -= p * d
+        load += p
         if steep:
-            xx, xy, yy = xx + k * c * c, xy + k * c * d, yy + k * d * d
-            nx, ny = nx + k * c, ny + k * d
+            xx += k * c * c
+            xy += k * c * d
+            yy += k * d * d
+            nx += k * c
+            ny += k * d
         if journal_worn:
             j = four(data, journal + node, slopes)
             moment -= p * j
             if steep:
-                xa, ya, na = xa + k * c * j, ya + k * d * j, na + k * j
+                xa += k * c * j
+                ya += k * d * j
+                na += k * j
                 aa += k * j * j - p * four(data, journal + node, bends)
     return with_slopes((fx, fy, load, moment), (xx, xy, yy), (xa, ya, aa), (nx, ny, na))
 

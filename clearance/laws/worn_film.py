@@ -51,8 +51,10 @@ def gap_and_source(motion, lift, h, slope, c, s):
 
 def depths(data, bearing, journal, node, clearance, weights, slopes):
     """Over c behind a node: sum of depths, slope of the bearing's, slope of the journal's."""
-    here, beyond = data[bearing + node] / clearance, data[bearing + node + 1] / clearance
-    h, rise = 0.5 * (here + beyond), (beyond - here) / STEP
+    here = data[bearing + node] / clearance
+    beyond = data[bearing + node + 1] / clearance
+    h = 0.5 * (here + beyond)
+    rise = (beyond - here) / STEP
     h += four(data, journal + node, weights) / clearance
     return h, rise, four(data, journal + node, slopes) / clearance
 
@@ -62,8 +64,15 @@ def beside(data, start, piece, angle, clearance):
     bend.
     """
     at = start + EDGES + 1 + PIECE * piece
-    share, node, u, c, s = data[at], int(data[at + 1]), data[at + 2], data[at + 3], data[at + 4]
-    h, rise, fall, bend = data[at + 5] / clearance, data[at + 6] / clearance, 0.0, 0.0
+    share = data[at]
+    node = int(data[at + 1])
+    u = data[at + 2]
+    c = data[at + 3]
+    s = data[at + 4]
+    h = data[at + 5] / clearance
+    rise = data[at + 6] / clearance
+    fall = 0.0
+    bend = 0.0
     if data[start] != 0.0:
         before, t = turned(angle - u * STEP)
         index = start + 2 + LINE + (node + before) % NODES
@@ -86,11 +95,17 @@ def summed(motion, angle, lift, joint: FilmJoint, data, start, steep):
     x, y, _, _, spin = motion
     before, t = turned(angle - 0.5 * STEP)
     bearing, journal = places(int(start), 0, before)
-    weights, slopes, bends = cubic(t), cubic_slope(t), cubic_bend(t)
+    weights = cubic(t)
+    slopes = cubic_slope(t)
+    bends = cubic_bend(t)
     fx, fy, shear = 0.0, 0.0, 0.0
     xx, xy, yx, yy, xa, ya, xl, yl = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     cc, cs, ss, xs, ys, xr, yr = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    sx, sy, sa, sl, first = 0.0, 0.0, 0.0, 0.0, int(start)
+    sx = 0.0
+    sy = 0.0
+    sa = 0.0
+    sl = 0.0
+    first = int(start)
     for node in range(NODES + int(data[first + EDGES])):
         if node < NODES:
             share, c, s = 1.0, COS[node], SIN[node]
@@ -105,28 +120,34 @@ def summed(motion, angle, lift, joint: FilmJoint, data, start, steep):
         cube = share * inverse * inverse * inverse
         shear += share * inverse
         if r < 0.0:
-            fx, fy = fx + r * cube * c, fy + r * cube * s
+            fx += r * cube * c
+            fy += r * cube * s
         if steep:
-            sx, sy, sa, sl = sx - by_gap * c, sy - by_gap * s, sa - by_gap * fall, sl + by_gap
+            sx -= by_gap * c
+            sy -= by_gap * s
+            sa -= by_gap * fall
+            sl += by_gap
         if steep and r < 0.0:
             thinner = 3.0 * r * inverse * inverse * by_gap
             by_x = 6.0 * spin * s * cube - thinner * c
             by_y = -6.0 * spin * c * cube - thinner * s
             by_angle = 6.0 * spin * bend * cube - thinner * fall
             by_spin = 6.0 * (x * s - y * c + rise - fall) * cube
-            xx, xy, yx, yy = xx + by_x * c, xy + by_y * c, yx + by_x * s, yy + by_y * s
-            xa, ya, xl, yl = (
-                xa + by_angle * c,
-                ya + by_angle * s,
-                xl + thinner * c,
-                yl + thinner * s,
-            )
-            cc, cs, ss = (
-                cc - 12.0 * cube * c * c,
-                cs - 12.0 * cube * c * s,
-                ss - 12.0 * cube * s * s,
-            )
-            xs, ys, xr, yr = xs + by_spin * c, ys + by_spin * s, xr + cube * c, yr + cube * s
+            xx += by_x * c
+            xy += by_y * c
+            yx += by_x * s
+            yy += by_y * s
+            xa += by_angle * c
+            ya += by_angle * s
+            xl += thinner * c
+            yl += thinner * s
+            cc -= 12.0 * cube * c * c
+            cs -= 12.0 * cube * c * s
+            ss -= 12.0 * cube * s * s
+            xs += by_spin * c
+            ys += by_spin * s
+            xr += cube * c
+            yr += cube * s
     w = STEP * size_of(joint)
     return (
         w * fx,

@@ -139,7 +139,8 @@ class Plain(Whole):
 
     def define_pipelines(self) -> list[PassManager]:
         """Numba's passes, with lighter ones of LLVM."""
-        codegen, name = self.state.targetctx.codegen(), self.state.func_id.func_qualname
+        codegen = self.state.targetctx.codegen()
+        name = self.state.func_id.func_qualname
         self.state.library = self.code(codegen, name)
         self.state.library.enable_object_caching()
         return super().define_pipelines()
@@ -182,10 +183,8 @@ class Code(JITCodeLibrary):
     def _optimize_functions(self, module) -> None:
         """Tidy up; all else is done in the callers."""
         module.data_layout = self._codegen._data_layout
-        passes, builder = (
-            newpassmanagers.create_new_function_pass_manager(),
-            _builder(self._codegen),
-        )
+        passes = newpassmanagers.create_new_function_pass_manager()
+        builder = _builder(self._codegen)
         passes.add_sroa_pass()
         passes.add_simplify_cfg_pass()
         passes.add_instruction_combine_pass()

@@ -36,7 +36,8 @@ def _load_array_functions() -> None:
 
     They look whether scipy brings a BLAS, which it does; each use of it looks once more.
     """
-    look, linalg.ensure_blas = linalg.ensure_blas, lambda: None
+    look = linalg.ensure_blas
+    linalg.ensure_blas = lambda: None
     try:
         import_module("numba.np.arraymath")
     finally:
@@ -61,7 +62,9 @@ class Record(types.Type):
             n: (kind, memory.fields[n][1]) for n, (kind, axes) in kinds.items() if not axes
         }
         arrays = {n: types.Array(kind, axes, "C") for n, (kind, axes) in kinds.items() if axes}
-        self.fields, self.places, words = {**fields, **arrays, "memory": types.int64}, {}, 0
+        self.fields = {**fields, **arrays, "memory": types.int64}
+        self.places = {}
+        words = 0
         for field, kind in self.fields.items():
             self.places[field] = words
             words += 1 + getattr(kind, "ndim", 0)
@@ -123,20 +126,24 @@ def field(context, builder, record, value, name):
         return builder.ptrtoint(value, word)
     if name in record.numbers:
         return builder.load(pointer(context, builder, record, value, name))
-    kind, first, read = record.fields[name], record.places[name], reading(context, builder, value)
+    kind = record.fields[name]
+    first = record.places[name]
+    read = reading(context, builder, value)
     if isinstance(kind, types.FunctionType):
         function = create_struct_proxy(kind)(context, builder)
         function.jit_addr = builder.inttoptr(read(first), function.jit_addr.type)
         return function._getvalue()
     shape = [read(first + 1 + axis) for axis in range(kind.ndim)]
-    strides, count = [word(kind.dtype.bitwidth // 8)], shape[0]
+    strides = [word(kind.dtype.bitwidth // 8)]
+    count = shape[0]
     for length in reversed(shape[1:]):
         strides.insert(0, builder.mul(length, strides[0]))
     for length in shape[1:]:
         count = builder.mul(count, length)
     data = builder.inttoptr(read(first), context.get_data_type(kind.dtype).as_pointer())
     parts = {"nitems": count, "itemsize": strides[-1], "data": data}
-    model, array = context.data_model_manager[kind], context.get_constant_null(kind)
+    model = context.data_model_manager[kind]
+    array = context.get_constant_null(kind)
     for part, value in parts.items():
         array = model.set(builder, array, value, part)
     for part, words in (("shape", shape), ("strides", strides)):
@@ -192,7 +199,9 @@ def _template(record: Record, memory: np.dtype | None) -> tuple[np.ndarray, np.n
     names and places of what is not in it.
     """
     words = np.zeros(sum(1 + getattr(kind, "ndim", 0) for kind in record.fields.values()), np.int64)
-    inside, others, fields = np.zeros_like(words), [], memory.fields if memory else {}
+    inside = np.zeros_like(words)
+    others = []
+    fields = memory.fields if memory else {}
     for name, place in record.places.items():
         if name == "memory" and memory:
             inside[place] = 1

@@ -95,7 +95,8 @@ class Kernel:
             self.name = _name_of(text) if lasting else f"kernel_{next(self._names)}"
             code = MachineCode(self.name, lambda: (self.name, _machine_code(self.name, write)))
             symbol = code.loaded(lasting)
-            self.address, self._entry = code.address(symbol), ENTRY(code.address(f"{symbol}_entry"))
+            self.address = code.address(symbol)
+            self._entry = ENTRY(code.address(f"{symbol}_entry"))
 
     def __call__(self, t, y, par, work, out):
         self._entry(t, _address(y), _address(par), _address(work), _address(out))
@@ -131,7 +132,8 @@ class Entry:
 
     def __call__(self, *arguments) -> int:
         """Numba's call convention: places for answer and error come first."""
-        answer, error = ctypes.c_int64(), ctypes.c_void_p()
+        answer = ctypes.c_int64()
+        error = ctypes.c_void_p()
         if self._call(ctypes.addressof(answer), ctypes.addressof(error), *arguments):
             raise SystemError(f"{self.name} failed")
         return answer.value
@@ -278,7 +280,8 @@ def _delete_if_unused(path: Path) -> None:
 def _machine_code(name: str, write: Callable) -> bytes:
     """The object code of a kernel, which is in memory now."""
     target = cpu_target.target_context
-    number, pointer = ir.DoubleType(), ir.DoubleType().as_pointer()
+    number = ir.DoubleType()
+    pointer = ir.DoubleType().as_pointer()
     library = PlainCode(target.codegen(), name)
     library.enable_object_caching()
     module = library.create_ir_module(name)
@@ -363,7 +366,8 @@ class CheckedFiles(IndexDataCacheFile):
 
     @cached_property
     def _data_name_pattern(self) -> str:
-        module, function = self.function.__module__.rpartition(".")[2], self.function.__qualname__
+        module = self.function.__module__.rpartition(".")[2]
+        function = self.function.__qualname__
         name = re.sub("[<>]", "", f"{module}.{function}.{PYTHON}")
         return f"{name}.{hashlib.sha256(self.made_from).hexdigest()[:12]}.{{number:d}}.nbc"
 

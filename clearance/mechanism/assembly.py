@@ -112,7 +112,8 @@ def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
     position = _positions[key]
     system.measure(position.measured)
     system.check_measured(position.q)
-    values, rates = position.values, (position.rates * system.requested()).sum(axis=1).tolist()
+    values = position.values
+    rates = (position.rates * system.requested()).sum(axis=1).tolist()
     relative = dict(zip(system.geometry.places, zip(values, rates, strict=True), strict=True))
     poses, velocities = (
         {b: tuple(q[span]) for b, span in system.pose.items()} | {ground: (0.0, 0.0, 0.0)}
@@ -177,7 +178,8 @@ class _System:
             if not guilty:
                 self.report_singular(q, names)
             self.report_dependent(*self.choose_measured(q))
-        places, (values, slopes) = map(self.scene.joints.index, self.measured), self.geometry(q)
+        places = map(self.scene.joints.index, self.measured)
+        values, slopes = self.geometry(q)
         return _Position(q, list(places), values, product(slopes, self.rates(slopes)))
 
     def measure(self, places: Collection[int]) -> None:
@@ -241,7 +243,8 @@ class _System:
         """Free coordinates keep the values of the rough start, first those that drives push, unless
         the start of a drive decides them.
         """
-        nearby, pushing = self.generic_position(q), [d for d in self.drives if not d.prescribes]
+        nearby = self.generic_position(q)
+        pushing = [d for d in self.drives if not d.prescribes]
         driven = [place_of(d.target) for d in pushing if d not in self.start]
         free = [c.place for c in closed_plan(self.scene, tuple(self.measured)).free]
         for key in dict.fromkeys([*driven, *free]):
@@ -413,7 +416,9 @@ class _System:
         """
         if all(n.startswith("joint") for n in names):
             return
-        turns, moved, usual = self.geometry.angles, q.copy(), 0.0
+        turns = self.geometry.angles
+        moved = q.copy()
+        usual = 0.0
         for far in np.random.default_rng(1).uniform(-1.0, 1.0, (AROUND, len(turns))):
             moved[turns] = q[turns] + far
             values = np.linalg.svd(self._scaled(moved)[1], compute_uv=False)
@@ -484,14 +489,16 @@ class _System:
         relative to the one that carries it. Rates of angles count times the size, which matters
         where given ones contradict each other.
         """
-        rows, indices = self._moving(), list(self._given_rates())
+        rows = self._moving()
+        indices = list(self._given_rates())
         size = self._lengths()
         count = len(rows) + len(indices)
         requested = [i for i in range(count) if i >= len(rows) or rows[i].rate is not None]
         wanted = np.eye(count)[:, requested]
         closed = slopes[[self.geometry.place[row.place] for row in rows]], wanted[: len(rows)]
         stages = closed, (np.diag(size)[indices], size[indices, None] * wanted[len(rows) :])
-        rate, free = np.zeros((size.size, len(requested))), np.diag(1.0 / size)
+        rate = np.zeros((size.size, len(requested)))
+        free = np.diag(1.0 / size)
         for matrix, right in chain(stages, self._resting(slopes)):
             if not free.shape[1]:
                 break
@@ -499,7 +506,8 @@ class _System:
                 least = SMALLEST * math.sqrt(np.square(matrix / size).sum())
                 missing = right - product(matrix, rate)
                 shortest, ways = solutions(product(matrix, free), missing, least)
-                rate, free = rate + product(free, shortest), product(free, ways)
+                rate += product(free, shortest)
+                free = product(free, ways)
         return rate
 
     def _resting(self, slopes: np.ndarray) -> Iterator[tuple[np.ndarray, float]]:

@@ -69,7 +69,8 @@ class Mechanism:
 
     def copy(self) -> "Mechanism":
         """The same mechanism, with numbers that may change."""
-        same, par = Mechanism.__new__(Mechanism), self.par.copy()
+        same = Mechanism.__new__(Mechanism)
+        par = self.par.copy()
         vars(same).update(vars(self), par=par, y0=self.y0.copy(), work0=self.work0.copy())
         return same
 
@@ -139,12 +140,14 @@ class Mechanism:
         for drive, count in zip_longest(self.turning, turns, fillvalue=0):
             begin, base = "turned", 0.0
             if drive.motion is None:
-                begin, base = "start", self.start.coordinate(drive.target)
+                begin = "start"
+                base = self.start.coordinate(drive.target)
             self.par[self.layout.parameters[f"{drive.key}/{begin}"]] = base + TURN * count
 
     def count_from(self, y: np.ndarray, work: np.ndarray) -> None:
         """Have finite drives count their turns from this state on; its part of a turn stays."""
-        finite, par = [d for d in self.scene.drives if d.nominal], self.layout.parameters
+        finite = [d for d in self.scene.drives if d.nominal]
+        par = self.layout.parameters
         row = self.outputs(0.0, y, work) if finite else ()
         for drive in finite:
             turns = math.floor(row[self.layout.output[f"{drive.key}/turns"]] + ROUNDING)
@@ -291,7 +294,8 @@ def _assembled(scene: Scene, ledger: bool, opened: Collection[str]) -> Mechanism
     sources = _sources(scene)
     par = _parameters(structure, _values(scene, structure, plan, numbers, start), sources)
     y0 = _state(scene, plan, start, structure.layout)
-    work, opened = _work(scene, structure, start), (j.name for j in extra)
+    work = _work(scene, structure, start)
+    opened = (j.name for j in extra)
     mechanism = Mechanism(
         scene, structure, plan, start, par, y0, work, _films(sources), tuple(opened)
     )
@@ -360,14 +364,17 @@ def changed(mechanism: Mechanism, changes: dict[str, float], time: float = 0.0) 
     A drive whose speed changes goes on from where it stands at the given time [s].
     Raises ValueError for a number that the code has folded in, such as one that becomes 0.
     """
-    scene, layout = mechanism.scene.replaced(changes), mechanism.layout
-    before, numbers = Numbers(mechanism.scene), Numbers(scene)
+    scene = mechanism.scene.replaced(changes)
+    layout = mechanism.layout
+    before = Numbers(mechanism.scene)
+    numbers = Numbers(scene)
     if numbers.signature != before.signature:
         raise ValueError(
             f"{', '.join(changes)}: the change needs another kernel; make another scene"
         )
     values = list(mechanism.par[: len(layout.parameters)])
-    old, new = np.array(before.values), np.array(numbers.values)
+    old = np.array(before.values)
+    new = np.array(numbers.values)
     for index in np.flatnonzero((old != new) & ~np.isnan(new)):
         values[index] = numbers.values[index]
     for drive in (d for d in scene.drives if d.prescribes and d.motion is None):
@@ -433,7 +440,8 @@ def _data(sources: dict, structure: Structure, values: list[float]) -> list[np.n
     """Numbers that laws read as a block, such as film tables; they stand behind all others, shared
     ones once.
     """
-    end, placed = len(values) + structure.layout.derived, {}
+    end = len(values) + structure.layout.derived
+    placed = {}
     for (joint, slot), source in sources.items():
         if id(source) not in placed:
             placed[id(source)] = (end, source.numbers)

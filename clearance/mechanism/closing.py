@@ -24,7 +24,8 @@ def last_position(
     work: what the last accepted place left for the next. y: states beside a prescribed motion,
         such as bristles; those of the start by default.
     """
-    last, lost = _outputs(mechanism, work, before, y), _outputs(mechanism, work, after, y)
+    last = _outputs(mechanism, work, before, y)
+    lost = _outputs(mechanism, work, after, y)
     if not _finite(last) or _finite(lost):
         return None
     for _ in range(BISECTIONS):

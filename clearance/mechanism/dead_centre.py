@@ -143,9 +143,12 @@ class Motion:
         i = np.clip(np.searchsorted(self.times, times) - 1, 0, max(len(self.times) - 2, 0))
         h = (self.times[1:] - self.times[:-1])[i]
         s = ((times - self.times[i]) / h)[:, None]
-        first, second, p = self.numbers[i], self.numbers[i + 1], self.mechanism.layout.size
+        first = self.numbers[i]
+        second = self.numbers[i + 1]
+        p = self.mechanism.layout.size
         numbers = (1.0 - s) * first + s * second
-        rates, bend = self.mechanism.layout.rates, s * (1.0 - s)
+        rates = self.mechanism.layout.rates
+        bend = s * (1.0 - s)
         slope = (second[:, :p] - first[:, :p]) / h[:, None]
         pull = (1.0 - s) * (first[:, rates] - slope) - s * (second[:, rates] - slope)
         numbers[:, :p] += bend * h[:, None] * pull
@@ -159,7 +162,8 @@ class Motion:
             sizes = self.between(times).outputs.sizes(group)
             best = int(sizes.argmin())
             size = min(size, float(sizes[best]))
-            first, last = times[max(best - 1, 0)], times[min(best + 1, POINTS - 1)]
+            first = times[max(best - 1, 0)]
+            last = times[min(best + 1, POINTS - 1)]
         return size
 
 
@@ -179,7 +183,8 @@ def dead_centre(motion: Motion) -> DeadCentre | None:
     row = mechanism.outputs(0.0, mechanism.y0, np.append(mechanism.work0, 0.0))
     start = Outputs(mechanism, row[None])
     for group in (g for g in mechanism.plan.groups if g.closures):
-        begun, sizes = float(start.sizes(group)[0]), motion.outputs.sizes(group)
+        begun = float(start.sizes(group)[0])
+        sizes = motion.outputs.sizes(group)
         enough = DEAD * max([begun, *sizes[np.isfinite(sizes)]])
         size = next((s for s in _lows(motion, group, sizes) if s < enough), None)
         if size is not None:
@@ -209,9 +214,11 @@ def transferred(
     """A state of one mechanism, of which `row` is the outputs, in the coordinates of another of the
     same scene. Its states without the ledger, what steps carry on, and angles of `Layout.wrapped`.
     """
-    index, paths = before.layout.output, [c.path for c in after.layout.channels]
+    index = before.layout.output
+    paths = [c.path for c in after.layout.channels]
     outputs = Outputs(after, np.array([[row[index[p]] if p in index else np.nan for p in paths]]))
-    states, places = after.y0[: after.size].copy(), before.layout.state
+    states = after.y0[: after.size].copy()
+    places = before.layout.state
     states[: after.layout.rates.stop] = outputs.states[0]
     for name in after.layout.first_order:
         states[after.layout.state[name]] = y[places[name]]

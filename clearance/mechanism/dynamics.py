@@ -35,7 +35,7 @@ def product(a, b):
     """Sum of products of two twists or wrenches, structural zeros left out."""
     total = 0.0
     for x, y in zip(a, b, strict=True):
-        total = total + x * y
+        total += x * y
     return total
 
 
@@ -123,11 +123,11 @@ class Work:
 
     def store(self, energy) -> None:
         """Potential energy."""
-        self.potential = self.potential + energy
+        self.potential += energy
 
     def feed(self, power) -> None:
         """Power that a load puts in."""
-        self.input_power = self.input_power + power
+        self.input_power += power
 
     def drive(self, element, effort, rate) -> None:
         """Effort of a drive that pushes, and the rate of its coordinate."""
@@ -406,11 +406,12 @@ class Dynamics:
         number = self.kinematics.number
         gx, gy, gz = (number(f"scene/gravity/{axis}") for axis in "xyz")
         mass, _, inertia = self.inertia(body)
-        pose, (x, y, w) = self.kinematics.poses[body], self.velocities[body]
+        pose = self.kinematics.poses[body]
+        x, y, w = self.velocities[body]
         work.add(body, mass * gx, mass * gy)
         work.add_across(body, mass * gz)
         work.kinetic = work.kinetic + 0.5 * mass * (x * x + y * y) + 0.5 * inertia * w * w
-        work.potential = work.potential - mass * (gx * pose.x + gy * pose.y)
+        work.potential -= mass * (gx * pose.x + gy * pose.y)
 
     def with_friction(self, work: Work, efforts: dict) -> Work:
         """Applied wrenches plus the friction efforts of joints without clearance."""
@@ -445,7 +446,7 @@ class Dynamics:
             net = [w - p for w, p in zip(branches.wrench[body], pushed, strict=True)]
             active = [(i, c[body]) for i, c in enumerate(columns) if not all(map(is_zero, c[body]))]
             for i, column in active:
-                load[i] = load[i] + product(column, net)
+                load[i] += product(column, net)
                 weighted = times(inertia, column)
                 for j, row in active:
                     if j <= i:
@@ -609,11 +610,11 @@ def _factors(matrix: dict, size: int) -> tuple[dict, list]:
             value = matrix.get((i, j), 0.0)
             for m in range(j):
                 if (i, m) in scaled and (j, m) in lower:
-                    value = value - scaled[i, m] * lower[j, m]
+                    value -= scaled[i, m] * lower[j, m]
             if not is_zero(value):
                 scaled[i, j] = value
                 lower[i, j] = value * inverse[j]
-                pivot = pivot - value * lower[i, j]
+                pivot -= value * lower[i, j]
         inverse.append(1.0 / pivot)
     return lower, inverse
 
@@ -624,10 +625,10 @@ def _backwards(lower: dict, inverse: list, right: list) -> list:
     for i in range(size):
         for j in range(i):
             if (i, j) in lower:
-                solution[i] = solution[i] - lower[i, j] * solution[j]
+                solution[i] -= lower[i, j] * solution[j]
     for i in reversed(range(size)):
-        solution[i] = solution[i] * inverse[i]
+        solution[i] *= inverse[i]
         for m in range(i + 1, size):
             if (m, i) in lower:
-                solution[i] = solution[i] - lower[m, i] * solution[m]
+                solution[i] -= lower[m, i] * solution[m]
     return solution

@@ -24,7 +24,8 @@ def film_of(trace: Trace, number: Callable, contact: Law, state: list, facts: li
 
     number: a number of the joint by its name. What follows from these alone is computed once.
     """
-    roughness, shape = facts[-1], (FilmJoint, *["number"] * 4)
+    roughness = facts[-1]
+    shape = FilmJoint, *["number"] * 4
     of_contact = [number(f"contact/{n}") for n in contact.parameters]
     law = [number(f"elastic/{n}") for n in ("modulus", "pressure_viscosity")]
     force = trace.call(traced(contact.function), [roughness, 0.0, 1.0, *of_contact])
@@ -67,7 +68,8 @@ def elastic_surfaces(contact: Law) -> Function:
             given = [z, gap, speed, approach, rest, *numbers]
             miss, ratio, slope, rise = trace.call(law.slopes((0,)), given)
             move = trace.div(-miss, slope)
-            z, ratio = z + move, ratio + rise * move
+            z += move
+            ratio += rise * move
         film, deflection = trace.call(traced(elastic_gap.unfolded), [z, gap])
         values = trace.call(traced(elastic_gap.parted), [film, deflection, ratio])
         (rigid,) = trace.call(traced(elastic_gap.centred), [gap, clearance])

@@ -104,7 +104,9 @@ def _coupled(
     d, joints: list, places: list[int], start: dict, slopes: dict, result: Friction
 ) -> list:
     """Efforts of joints whose friction acts back on their own loads."""
-    trace, size, outer = d.trace, len(joints), d.motion.calls
+    trace = d.trace
+    size = len(joints)
+    outer = d.motion.calls
     inside = SubTrace("rub")
     calls = Calls(inside.trace, lambda name: inside.value(outer.number(name)), outer.functions)
     unknowns = [inside.argument() for _ in joints]

@@ -69,7 +69,10 @@ class Rates:
     def __init__(
         self, k, field: dict | None = None, real: dict | None = None, second: dict | None = None
     ):
-        self.k, self.field, self.real, self.second = k, field or {}, real or {}, second or {}
+        self.k = k
+        self.field = field or {}
+        self.real = real or {}
+        self.second = second or {}
 
     def spin(self, body: Body) -> Jet:
         """Rates of a body's angle; the angle itself stays out of them."""
@@ -81,11 +84,9 @@ class Rates:
 
     def point(self, body: Body, *parts: tuple[Jet, Jet]) -> tuple[Jet, Jet]:
         """A point of a body, given from its centre of mass."""
-        pose, (u, v, _), (x, y, _) = (
-            self.k.poses[body],
-            self.real.get(body, ZERO),
-            self.field.get(body, ZERO),
-        )
+        pose = self.k.poses[body]
+        u, v, _ = self.real.get(body, ZERO)
+        x, y, _ = self.field.get(body, ZERO)
         return self._turned(body, parts, (Jet(pose.x, u, x), Jet(pose.y, v, y)))
 
     def _turned(self, body: Body, parts: tuple, start: tuple[Jet, Jet]) -> tuple[Jet, Jet]:
@@ -133,11 +134,10 @@ class Rates:
             [combine(getattr(x, n), getattr(y, n)) for n in "vda"]
             for combine in (lambda a, b: dx * a + dy * b, lambda a, b: dx * b - dy * a)
         )
-        lx, ly = fixed.get(ALONG, Jet(along[0])).v, fixed.get(ACROSS, Jet(across[0])).v
-        jx, jy = (
-            Jet(lx, along[1], along[2] + alpha * ly),
-            Jet(ly, across[1], across[2] - alpha * lx),
-        )
+        lx = fixed.get(ALONG, Jet(along[0])).v
+        ly = fixed.get(ACROSS, Jet(across[0])).v
+        jx = Jet(lx, along[1], along[2] + alpha * ly)
+        jy = Jet(ly, across[1], across[2] - alpha * lx)
         if not is_zero(w):
             jx.d = fixed[ALONG].d if ALONG in fixed else along[1] + w * ly
             jy.d = fixed[ACROSS].d if ACROSS in fixed else across[1] - w * lx
@@ -207,9 +207,11 @@ class Rates:
         if joint.turns:
             local["a"].append(self.step(joint, jets))
         opposite = "a" if side == "b" else "b"
-        (px, py), (qx, qy) = self.point(parent, *local[opposite]), self.vector(body, *local[side])
+        px, py = self.point(parent, *local[opposite])
+        qx, qy = self.vector(body, *local[side])
         if not joint.turns:
-            px, py = px + jets[ALONG].times(sign), py + jets[ACROSS].times(sign)
+            px += jets[ALONG].times(sign)
+            py += jets[ACROSS].times(sign)
         return px.a - qx.a, py.a - qy.a, turn
 
     def relative(self, joint: Joint) -> dict[str, Jet]:
@@ -288,7 +290,8 @@ class Kinematics:
         return vector
 
     def joint_point(self, joint, side: str) -> Vector:
-        pose, (x, y) = self.poses[getattr(joint, side).body], self.arm(joint, side)
+        pose = self.poses[getattr(joint, side).body]
+        x, y = self.arm(joint, side)
         return pose.x + x, pose.y + y
 
     def given(self, joint: Joint, axis: str) -> Vector:
@@ -373,7 +376,8 @@ class Kinematics:
         values = {c.what: self.coordinate[c.place] for c in attachment.coordinates}
         if joint is None:
             angle = values["angle"]
-            cosine, sine = self.trace.cos(angle), self.trace.sin(angle)
+            cosine = self.trace.cos(angle)
+            sine = self.trace.sin(angle)
             self.poses[body] = Pose(values["x"], values["y"], cosine, sine, angle)
             return
         if TURN in values:
@@ -388,7 +392,8 @@ class Kinematics:
 
     def orientation(self, attachment: Attachment) -> tuple:
         """Cosine, sine and angle of a body that does not turn against its parent."""
-        joint, base = attachment.joint, self.poses[attachment.parent]
+        joint = attachment.joint
+        base = self.poses[attachment.parent]
         c, s = self.relative(joint)
         turn = self.given(joint, TURN)[0]
         if attachment.body is joint.a.body:
@@ -411,7 +416,8 @@ class Kinematics:
         if joint.turns:
             base = self.poses[joint.a.body] if side == "b" else pose
             dx, dy = base.turned(*self.local_axis(joint))
-            ex, ey = along * dx - across * dy, along * dy + across * dx
+            ex = along * dx - across * dy
+            ey = along * dy + across * dx
         else:
             ex, ey = along, across
         ax, ay = pose.turned(*self.local(joint, side))
@@ -438,7 +444,8 @@ class Kinematics:
         if slot in self.remembered:
             return self.values[self.remembered.index(slot)]
         last = self.remember(*slot)
-        c, s = self.trace.cos(last), self.trace.sin(last)
+        c = self.trace.cos(last)
+        s = self.trace.sin(last)
         turned = self.trace.atan2(pose.sine * c - pose.cosine * s, pose.cosine * c + pose.sine * s)
         self.values.append(last + turned)
         return self.values[-1]
@@ -452,7 +459,9 @@ class Columns:
     """
 
     def __init__(self, kinematics: Kinematics, plan: Plan, values: dict):
-        self.k, self.values, self.propagation = kinematics, values, Propagation(kinematics, plan)
+        self.k = kinematics
+        self.values = values
+        self.propagation = Propagation(kinematics, plan)
         self.moving = _moving(plan, values)
 
     @cached_property
@@ -489,8 +498,10 @@ class Columns:
         dx, dy = tangents[-2:]
         x, y, pose = {}, {}, self.k.poses[body]
         for column in sorted({*spin, *dx, *dy}):
-            w, step = spin.get(column, 0.0), pose.turned(dx.get(column, 0.0), dy.get(column, 0.0))
-            x[column], y[column] = step[0] - w * vector[1], step[1] + w * vector[0]
+            w = spin.get(column, 0.0)
+            step = pose.turned(dx.get(column, 0.0), dy.get(column, 0.0))
+            x[column] = step[0] - w * vector[1]
+            y[column] = step[1] + w * vector[0]
         return [x, y]
 
     def _rate(self, body: Body, axis: int, tangents: list) -> dict:
@@ -620,11 +631,13 @@ class Geometry:
     def __init__(self, scene: Scene, values: list[float], traced: tuple):
         relative = [(j, axis) for j in scene.joints for axis in RELATIVE]
         absolute = [(b, axis) for b in scene.bodies for axis in ABSOLUTE]
-        self.count, self.size = len(relative), len(absolute)
+        self.count = len(relative)
+        self.size = len(absolute)
         self.places = [*relative, *absolute]
         self.place = {coordinate: i for i, coordinate in enumerate(self.places)}
         self.function, self.rows, self.columns, read = traced
-        self.values, self.read = values, tuple(values[i] for i in read)
+        self.values = values
+        self.read = tuple(values[i] for i in read)
         self.angles = [i for i, (_, axis) in enumerate(absolute) if axis == "angle"]
 
     def pose(self, body: Body) -> slice:

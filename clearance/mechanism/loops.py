@@ -41,7 +41,7 @@ def of_solution(solution: list, entries: list, solved: Callable) -> Callable:
             change = [side.get(column, 0.0) for side in inputs[len(entries) :]]
             for places, slope in zip(entries, inputs, strict=False):
                 for i, j in places:
-                    change[i] = change[i] - slope.get(column, 0.0) * solution[j]
+                    change[i] -= slope.get(column, 0.0) * solution[j]
             for row, value in zip(rows, solved(change), strict=True):
                 row[column] = value
         return rows
@@ -100,7 +100,9 @@ def newton(residual: Function, size: int, tolerance: float, limit: int) -> Funct
     """
 
     def step(trace, arguments):
-        z, (count, _), inputs = arguments[:size], arguments[size : size + 2], arguments[size + 2 :]
+        z = arguments[:size]
+        count, _ = arguments[size : size + 2]
+        inputs = arguments[size + 2 :]
         values = trace.call(residual.slopes(tuple(range(size))), [*z, *inputs])
         rows = [values[size + i * size :][:size] for i in range(size)]
         change = solve(trace, rows, values[:size])
@@ -162,13 +164,15 @@ def place_rrr(k, group) -> None:
     (pin,) = group.closures
     p, q = (k.pin(a.joint, a.joint.side(a.body)) for a in (first, second))
     shift = _shift(k, pin, first.body)
-    dx, dy = q[0] + shift[0] - p[0], q[1] + shift[1] - p[1]
+    dx = q[0] + shift[0] - p[0]
+    dy = q[1] + shift[1] - p[1]
     u, v = (_reach(k, a, pin) for a in (first, second))
     uu, vv = _square(u), _square(v)
     inverse = 1.0 / (dx * dx + dy * dy)
     along = 0.5 + 0.5 * (uu - vv) * inverse
     across = k.number(f"mode.{group.label()}") * k.trace.sqrt(uu * inverse - along * along)
-    wx, wy = along * dx - across * dy, along * dy + across * dx
+    wx = along * dx - across * dy
+    wy = along * dy + across * dx
     k.place_by(first, _direction(u, uu, wx, wy))
     k.place_by(second, _direction(v, vv, wx - dx, wy - dy))
 
@@ -183,7 +187,8 @@ def place_rrp(k, group) -> None:
     dx, dy = (sign * d for d in k.axis(slide.joint, slide.parent))
     shift = _shift(k, pin, hinge.body)
     start = k.joint_point(pin, pin.side(slide.body))
-    x, y = start[0] + shift[0] - p[0], start[1] + shift[1] - p[1]
+    x = start[0] + shift[0] - p[0]
+    y = start[1] + shift[1] - p[1]
     u = _reach(k, hinge, pin)
     uu = _square(u)
     across = dx * y - dy * x
@@ -203,16 +208,21 @@ def place_rpr(k, group) -> None:
     target = k.pin(pin, pin.side(slide.body))
     x, y = target[0] - p[0], target[1] - p[1]
     # seen from the hinged body: the pin moves on a line through `start` along `axis`
-    side, pivot_side = joint.side(hinge.body), hinge.joint.side(hinge.body)
-    axis, turn, sign = k.local_axis(joint), k.given(joint, TURN)[0], 1.0
+    side = joint.side(hinge.body)
+    pivot_side = hinge.joint.side(hinge.body)
+    axis = k.local_axis(joint)
+    turn = k.given(joint, TURN)[0]
+    sign = 1.0
     if side == "b":
         sign, turn = -1.0, -turn
         c, s = k.trace.cos(turn), k.trace.sin(turn)
         axis = (c * axis[0] - s * axis[1], s * axis[0] + c * axis[1])
-    far, near = k.local(pin, pin.side(slide.body)), k.local(joint, joint.side(slide.body))
+    far = k.local(pin, pin.side(slide.body))
+    near = k.local(joint, joint.side(slide.body))
     c, s = k.trace.cos(turn), k.trace.sin(turn)
     step = (far[0] - near[0], far[1] - near[1])
-    rail, pivot = k.local(joint, side), k.local(hinge.joint, pivot_side)
+    rail = k.local(joint, side)
+    pivot = k.local(hinge.joint, pivot_side)
     start = (
         rail[0] - pivot[0] + c * step[0] - s * step[1],
         rail[1] - pivot[1] + s * step[0] + c * step[1],
@@ -253,16 +263,19 @@ def mode(k, group) -> float:
         p, q = (k.pin(a.joint, a.joint.side(a.body)) for a in (first, second))
         shift = _shift(k, pin, first.body)
         t = k.joint_point(pin, pin.side(first.body))
-        dx, dy = q[0] + shift[0] - p[0], q[1] + shift[1] - p[1]
+        dx = q[0] + shift[0] - p[0]
+        dy = q[1] + shift[1] - p[1]
         value = dx * (t[1] - p[1]) - dy * (t[0] - p[0])
     else:
         hinge, slide = _hinge_and_slide(group)
         dx, dy = k.axis(slide.joint, slide.parent)
         p = k.pin(hinge.joint, hinge.joint.side(hinge.body))
         if group.form == "RRP":
-            sign, t = slide.joint.sign(slide.body), k.joint_point(pin, pin.side(hinge.body))
+            sign = slide.joint.sign(slide.body)
+            t = k.joint_point(pin, pin.side(hinge.body))
         else:
-            sign, t = 1.0, k.pin(pin, pin.side(slide.body))
+            sign = 1.0
+            t = k.pin(pin, pin.side(slide.body))
         value = sign * (dx * (t[0] - p[0]) + dy * (t[1] - p[1]))
     return 1.0 if value >= 0.0 else -1.0
 
@@ -360,7 +373,8 @@ def closing_errors(k, joint) -> list:
 
 def offsets(k, joint) -> tuple:
     """Point b against point a along and across a joint's axis."""
-    (ax, ay), (bx, by) = k.joint_point(joint, "a"), k.joint_point(joint, "b")
+    ax, ay = k.joint_point(joint, "a")
+    bx, by = k.joint_point(joint, "b")
     x, y = bx - ax, by - ay
     if not joint.turns:
         return x, y
@@ -372,5 +386,6 @@ def wrong_turn(k, joint) -> tuple:
     """Sine and cosine of the turn of b against a, less what the joint keeps."""
     a, b = (k.poses[body] for body in joint.bodies())
     c, s = k.relative(joint)
-    cosine, sine = a.cosine * c - a.sine * s, a.sine * c + a.cosine * s
+    cosine = a.cosine * c - a.sine * s
+    sine = a.sine * c + a.cosine * s
     return cosine * b.sine - sine * b.cosine, cosine * b.cosine + sine * b.sine

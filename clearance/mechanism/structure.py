@@ -259,7 +259,8 @@ class Structure:
     @cached_property
     def _stored(self) -> set[int]:
         """Numbers of moments whose kernels the store had when they were looked up."""
-        widths, text = (store.MOMENTS, 2 * store.MOMENTS), self.codes["rhs"]
+        widths = store.MOMENTS, 2 * store.MOMENTS
+        text = self.codes["rhs"]
         return {w for w in widths if store.holds(kernels.text_of_moments(text, w))}
 
     @cached_property
@@ -373,7 +374,8 @@ class Tracing:
         rate = {c: trace.load(f"y[{size + i}]") for i, c in enumerate(self.places)}
         self.motion = self._moving(position, rate)
         dynamics = Dynamics(self.scene, self.motion, self.cut)
-        applied, driven = dynamics.applied(), self._driven(self.cut, 2)
+        applied = dynamics.applied()
+        driven = self._driven(self.cut, 2)
         self.friction = self.motion.friction = self._friction(dynamics, applied, driven)
         self.work = dynamics.with_friction(applied, self.friction.efforts)
         self.acceleration, self.motion.reactions = dynamics.solution(self.work, driven)
@@ -446,7 +448,7 @@ class Tracing:
     def _input_power(self):
         power = self.work.input_power
         for drive, (_, rate, _) in self.driven.items():
-            power = power + self.motion.effort(drive) * rate
+            power += self.motion.effort(drive) * rate
         return power
 
     # --- text
@@ -517,7 +519,9 @@ class Tracing:
     def _body_channels(self):
         k = self.kinematics
         for body in self.scene.bodies:
-            pose, v, a = k.poses[body], self.motion.velocities[body], self.acceleration[body]
+            pose = k.poses[body]
+            v = self.motion.velocities[body]
+            a = self.acceleration[body]
             self.trace.section = f"outputs of {body.name}"
             rows = (
                 ("x", "m", pose.x, "position x of the centre of mass"),
@@ -559,10 +563,8 @@ class Tracing:
         yield "energy/kinetic", "J", "kinetic energy", work.kinetic
         yield "energy/potential", "J", "potential energy of gravity and springs", work.potential
         if self.ledger:
-            supplied, lost = (
-                self.trace.load(f"y[{self.states}]"),
-                self.trace.sum(self.dissipated.values()),
-            )
+            supplied = self.trace.load(f"y[{self.states}]")
+            lost = self.trace.sum(self.dissipated.values())
             yield "energy/input", "J", "work done by drives and loads", supplied
             yield (
                 "energy/dissipated",

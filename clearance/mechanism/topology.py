@@ -309,7 +309,8 @@ class _Planner:
         inside = bodies | self.known
         joints = [j for j in self.joints if set(j.bodies()) <= inside and set(j.bodies()) & bodies]
         rank = {j: self._rank(j) for j in joints}
-        tree, root = [], {b: ground if b in self.known else b for b in inside}
+        tree = []
+        root = {b: ground if b in self.known else b for b in inside}
 
         def find(body):
             return body if root[body] is body else find(root[body])
@@ -336,7 +337,9 @@ class _Planner:
         )
 
     def _ordered(self, tree: list, bodies: frozenset) -> tuple[Attachment, ...]:
-        placed, attachments, pending = set(self.known), [], list(tree)
+        placed = set(self.known)
+        attachments = []
+        pending = list(tree)
         while pending:
             joint = next((j for j in pending if set(j.bodies()) & placed), None)
             if joint is None:

@@ -35,7 +35,9 @@ def again(path: str | Path | Result) -> tuple[Scene, dict]:
     periodic motion (`--steady`), or `Scene.from_json` refuses it.
     """
     result = path if isinstance(path, Result) else open_result(path)
-    reader, attributes, name = result.reader, result.attributes, Path(result.path).name
+    reader = result.reader
+    attributes = result.attributes
+    name = Path(result.path).name
     options = dict(reader.document("", "options")) if "options" in attributes else {}
     if not options:
         reason = "it was written by an older clearance, or not by a run"

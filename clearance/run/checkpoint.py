@@ -42,7 +42,8 @@ class PartsSink(FinishedFile):
     placed = full = False
 
     def __init__(self, path: Path, content: Content, identity: dict):
-        self.path, self.folder = Path(path), parts_folder(path)
+        self.path = Path(path)
+        self.folder = parts_folder(path)
         check_replaceable(self.path)
         self.content, about = content, content.attributes
         self.identity = identity | {"scene": about["scene"], "kernel": _digest(about["kernel"])}
@@ -307,7 +308,8 @@ def _take_up(run, recording, state: dict) -> None:
             run.method.use(names[-1])
         except (ImportError, AttributeError):
             raise ValueError(f"its method is {names[-1]}") from None
-    run.method.names, run.method.reason = names, str(state["reason"])
+    run.method.names = names
+    run.method.reason = str(state["reason"])
     for moment, changes in document_of(str(state["changes"]), "its changes", list):
         run.rebuild(moment, changes)
     _check(state, state_of(run, recording))

@@ -161,7 +161,8 @@ class Diagnosis:
 
     def _ways_out(self, code: int) -> str:
         """Sentences on what may help a run with films that cannot go on."""
-        films, tried = self._films(), self.run.method.current
+        films = self._films()
+        tried = self.run.method.current
         if not films or code not in (*STUCK, status.FILM_LEFT) or self.dead_centre:
             return ""
         thin = [j for j in films if j.film_reach is not None and self.run.film_left(j) < NEAR]
@@ -197,7 +198,8 @@ class Diagnosis:
             return ""
         row, output = self.run.state.row, mechanism.layout.output  # where the last step ended
         for joint in touching:
-            depth, (size, name) = -row[output[f"{joint.key}/gap"]], joint.solid
+            depth = -row[output[f"{joint.key}/gap"]]
+            size, name = joint.solid
             if depth > max(clearances * joint.clearance, size):
                 also = f" and {clearances:g} clearances" if clearances else ""
                 return (
@@ -333,7 +335,8 @@ class Diagnosis:
     def _film_warnings(self, joint) -> list[str]:
         """Limits of a joint's film, its mesh and its transition, from the extremes so far."""
         group, mechanism = joint.key, self.run.mechanism
-        gap, warnings = self.run.extreme(f"{group}/gap_min"), []
+        gap = self.run.extreme(f"{group}/gap_min")
+        warnings = []
         if joint.film is not None and joint.film_joint is not None:
             pressure = self.run.extreme(f"{group}/film_pressure_max")
             self.regimes[joint] = regime(joint, pressure, gap)
@@ -423,7 +426,8 @@ def _beyond(joint, depth: float) -> str | None:
     """A contact taken deeper than its law is meant for."""
     if joint.contact is None or joint.contact.law.limit is None:
         return None
-    law, limit = joint.contact.law, joint.contact.law.limit(joint.contact.values)
+    law = joint.contact.law
+    limit = joint.contact.law.limit(joint.contact.values)
     if depth <= limit:
         return None
     return (

@@ -118,7 +118,8 @@ class RadialLoads:
     @cache  # noqa: B019 (they live as long as the process)
     def program(self, name: str) -> Program:
         """One of KERNELS: it fills `out` from `y` and the numbers in `par`."""
-        trace, write = Trace(), {"loads": self._loads, "scans": self._scans}
+        trace = Trace()
+        write = {"loads": self._loads, "scans": self._scans}
         numbers = [trace.load(f"par[{i}]") for i in range(len(self.names))]
         inputs = [trace.load(f"y[{i}]") for i in range(len(KERNELS[name][0]))]
         outputs = write[name](trace, numbers, *inputs)
@@ -151,7 +152,8 @@ class RadialLoads:
 
     def _write_load(self, trace: Trace, arguments: list) -> tuple:
         gap, approach, entrainment, *numbers = arguments
-        facts, clearance = numbers[: len(FilmJoint._fields)], self._number(numbers, "clearance")
+        facts = numbers[: len(FilmJoint._fields)]
+        clearance = self._number(numbers, "clearance")
 
         def law(slot: str, *state) -> list:
             fixed = [self._number(numbers, f"{slot}/{p}") for p in self.laws[slot].parameters]
@@ -165,7 +167,8 @@ class RadialLoads:
             shares = law("transition", gap, *facts)
         share, film_gap, slope, touching, penetration, *thickness = shares
         state = 1.0 - film_gap / clearance, slope * approach / clearance, entrainment
-        off, radial = trace.compare("eq", share, 0.0), law("film", *state, *facts)[0]
+        off = trace.compare("eq", share, 0.0)
+        radial = law("film", *state, *facts)[0]
         film = trace.select(off, 0.0, -share * radial)
         (usual,) = trace.call(traced(typical), [clearance, entrainment])
         impact = trace.select(trace.compare("gt", usual, approach), usual, approach)
@@ -175,7 +178,7 @@ class RadialLoads:
             (summits,) = law("asperity", ratio, *facts)
             if elastic:
                 (solid,) = trace.call(traced(beyond), [solid, summits])
-            solid = solid + summits
+            solid += summits
         return film, film + solid
 
     def _loads(self, trace: Trace, numbers: list, gap, approach, entrainment) -> list:
@@ -189,11 +192,13 @@ class RadialLoads:
 
     def _repeated(self, trace: Trace, numbers: list, passes: int, state: list, held: list, advance):
         """State after some passes of advance(trace, k, state, held, numbers) -> state."""
-        size, count = len(state), len(state) + len(held) + 1
+        size = len(state)
+        count = len(state) + len(held) + 1
 
         def step(inner: Trace, arguments: list) -> list:
             k, *state = arguments[: size + 1]
-            held, numbers = arguments[size + 1 : count], arguments[count:]
+            held = arguments[size + 1 : count]
+            numbers = arguments[count:]
             after = advance(inner, k, state, held, numbers)
             return [inner.compare("lt", k, passes - 1.0), k + 1.0, *after]
 
@@ -253,7 +258,8 @@ def _elastic_shares(trace: Trace, laws: dict, number: Callable, state: tuple, fa
     from clearance.mechanism.elastic_surfaces import film_of
 
     gap, approach, entrainment = state
-    speed, law = number("radius") * entrainment, laws["transition"]
+    speed = number("radius") * entrainment
+    law = laws["transition"]
     state = [gap, speed, approach]
     film, film_gap, slope, _ = film_of(trace, number, laws["contact"], state, facts)
     fixed = [number(f"transition/{p}") for p in law.parameters]
@@ -289,7 +295,9 @@ class JointLoads:
     """Loads of one joint; arguments and results of the kernels as KERNELS has them."""
 
     def __init__(self, joint: ClearanceRevolute):
-        self.of, numbers, table = loads_of(joint), numbers_of(joint), ()
+        self.of = loads_of(joint)
+        numbers = numbers_of(joint)
+        table = ()
         if isinstance(joint.film.law, DataLaw):
             numbers["film/start"] = float(len(numbers))
             # its numbers may be the address of a solver, which lives as long as it does

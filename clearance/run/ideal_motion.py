@@ -23,7 +23,8 @@ def ideal_motion(scene: Scene, span: Span, described: dict) -> dict | None:
     Where one drive at constant speed moves everything the motion is that at unit speed, stretched:
     it is worked out once for all speeds.
     """
-    motion, rate = _unit_motion(scene, span, described), rate_of(described)
+    motion = _unit_motion(scene, span, described)
+    rate = rate_of(described)
     return motion and {body: (x, a * rate**2) for body, (x, a) in motion.items()}
 
 

@@ -103,7 +103,8 @@ def common_differences(before: dict, now: dict) -> list[str]:
         differences.append(f"clearance {before.get('version')}, here {now['version']}")
     if before.get("source") != now.get("source"):
         differences.append("the case file has been changed")
-    old, new = before.get("modules", {}), now.get("modules", {})
+    old = before.get("modules", {})
+    new = now.get("modules", {})
     changed = [n for n in sorted({*old, *new}) if old.get(n) != new.get(n)]
     differences += [f"the imported module {n} has been changed" for n in changed]
     there = now.get("files", {})

@@ -102,7 +102,8 @@ class Method:
         """The explicit method of an automatic choice is held up by stability: go on with an
         implicit one.
         """
-        name, state = implicit(self.run.rtol, stages_only=True), self.run.state
+        name = implicit(self.run.rtol, stages_only=True)
+        state = self.run.state
         LOG.info("stiff: going on with %s", name)
         self.reason = f"explicit at first; stiff, so implicit from t = {state.time:.6g} s on"
         state.may_switch = state.stiff_steps = 0

@@ -68,7 +68,8 @@ class Every(Observer):
     """Calls a function of the run at each multiple of a period [s]."""
 
     def __init__(self, period: float, function: Callable):
-        self.period, self.reach = checks.positive("period", period), function
+        self.period = checks.positive("period", period)
+        self.reach = function
 
 
 class ChangesAgain(Observer):

@@ -55,15 +55,19 @@ def _scale_film_rates(state: State, mechanism: Mechanism) -> None:
         return
     pull, contacts, spots = mechanism.acceleration, state.contacts, mechanism.spots
     contacts[:, PULL] = np.where(contacts[:, KIND] == FILM, pull, 0.0)
-    rhs, rates, scale = mechanism.kernel("rhs"), mechanism.layout.rates, state.scale
+    rhs = mechanism.kernel("rhs")
+    rates = mechanism.layout.rates
+    scale = state.scale
     rest = _rest(state, mechanism)
-    before, after = np.zeros_like(rest), np.zeros_like(rest)
+    before = np.zeros_like(rest)
+    after = np.zeros_like(rest)
     rhs(0.0, rest, mechanism.par, state.work, before)
     for joint, offsets in films:
         own_rates = range(rates.start, rates.stop)[offsets]
         for k in own_rates:
             # tilts have other units
-            moved, share = rest.copy(), mechanism.scale[k] / mechanism.scale[own_rates[0]]
+            moved = rest.copy()
+            share = mechanism.scale[k] / mechanism.scale[own_rates[0]]
             moved[k] = scale[k]
             rhs(0.0, moved, mechanism.par, state.work, after)
             damping = abs(after[k] - before[k]) / scale[k]
@@ -77,7 +81,8 @@ def _rest(state: State, mechanism: Mechanism) -> np.ndarray:
     """The start without rates in clearances, and centred there, unless that takes a journal whose
     offset is measured through its wall.
     """
-    rates, rest = mechanism.layout.rates, mechanism.y0.copy()
+    rates = mechanism.layout.rates
+    rest = mechanism.y0.copy()
     for offsets in mechanism.offsets.values():
         rest[rates][offsets] = 0.0
     centred = rest.copy()
@@ -115,7 +120,8 @@ class Watched:
     """
 
     def __init__(self, mechanism: Mechanism, until: float, outputs: bool):
-        scene, channels = mechanism.scene, mechanism.layout.channels if outputs else ()
+        scene = mechanism.scene
+        channels = mechanism.layout.channels if outputs else ()
         index = mechanism.layout.output if outputs else {}
         guided = guides(scene.description()) if channels else {}
         self.quantities = followed(
@@ -206,12 +212,12 @@ class Watched:
 
     def extremes(self, state: State) -> Extremes:
         """Located extremes so far."""
-        count, done = len(self.quantities), state.stretches
-        values, times = state.best[: done + 1, :count].copy(), state.when[: done + 1, :count].copy()
-        values[done], times[done] = (
-            state.peaks[:count, places.VALUE],
-            state.peaks[:count, places.WHEN],
-        )
+        count = len(self.quantities)
+        done = state.stretches
+        values = state.best[: done + 1, :count].copy()
+        times = state.when[: done + 1, :count].copy()
+        values[done] = state.peaks[:count, places.VALUE]
+        times[done] = state.peaks[:count, places.WHEN]
         return Extremes(float(self.length), *self._named, self._signs * values, times)
 
     def outermost(self, state: State) -> list[float]:

@@ -66,17 +66,21 @@ def _groove(entry: dict) -> Groove:
 
 def viscosities(record: Record, joint: dict) -> np.ndarray:
     """Of the oil at each sample [Pa s]."""
-    cold, heat = joint["lubricant"]["viscosity"], joint.get("heat")
+    cold = joint["lubricant"]["viscosity"]
+    heat = joint.get("heat")
     if not heat:
         return np.full(len(record.time), cold)
-    start, vogel, zero = heat["surroundings"], heat["vogel"], heat["vogel_zero"]
+    start = heat["surroundings"]
+    vogel = heat["vogel"]
+    zero = heat["vogel_zero"]
     warming = record.joint(joint["name"]).oil_temperature - start
     return np.array([cold * thinning(w, start, vogel, zero) for w in warming])
 
 
 def motion(record: Record, joint: dict) -> np.ndarray:
     """(eps, d(eps)/dt, w) at each sample, (n, 3)."""
-    offset, c = record.joint(joint["name"]).eccentricity, joint["clearance"]
+    offset = record.joint(joint["name"]).eccentricity
+    c = joint["clearance"]
     rate = _velocity(record, joint["b"]) - _velocity(record, joint["a"])
     distance = np.maximum(np.hypot(*offset.T), 1e-9 * c)
     normal = offset / distance[:, None]
@@ -154,21 +158,21 @@ def solved(record: Record, joint: dict, places: np.ndarray) -> PressureFields:
     """The fields of a joint at some samples."""
     from clearance.film.moving import MovingFilm
 
-    oil, states, lines = (
-        viscosities(record, joint),
-        motion(record, joint),
-        line_of_centres(record, joint),
-    )
+    oil = viscosities(record, joint)
+    states = motion(record, joint)
+    lines = line_of_centres(record, joint)
     angle = np.arange(AROUND) * (TURN / AROUND)
     axial = np.linspace(-0.5, 0.5, ALONG) * joint["length"]
-    (pressure, content), film = np.zeros((2, len(places), ALONG, AROUND)), None
+    pressure, content = np.zeros((2, len(places), ALONG, AROUND))
+    film = None
     for i, sample in enumerate(places):
         if film is None or oil[sample] != film.bearing.viscosity:
             film = MovingFilm(bearing_of(joint, oil[sample]), MESH)
         eps, *rates = states[sample]
         theta = (angle - lines[sample] + math.pi) % TURN
         pressure[i], content[i] = film.fields_at(theta, axial, (min(eps, NEAREST), *rates))
-    times, ratios = record.time[places], states[places, 0]
+    times = record.time[places]
+    ratios = states[places, 0]
     return PressureFields(places, times, axial, angle, pressure, content, lines[places], ratios)
 
 

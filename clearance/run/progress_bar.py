@@ -40,7 +40,9 @@ class ProgressBar:
     """
 
     def __init__(self, name: str):
-        self.name, self.began, self.bar = name, time.perf_counter(), None
+        self.name = name
+        self.began = time.perf_counter()
+        self.bar = None
         self.last = self.began
 
     @cached_property

@@ -31,7 +31,8 @@ class Recording(Observer):
     """Hands the output to a recorder as long as it is finite; the diagnosis judges it."""
 
     def __init__(self, run: Run, recorder: Recorder):
-        self.recorder, self.diagnosis = recorder, Diagnosis(run, recorder)
+        self.recorder = recorder
+        self.diagnosis = Diagnosis(run, recorder)
         self.contacts = recorder.impacts
 
     def steps(self, log):
@@ -115,7 +116,9 @@ def remember_run(run: Run, attributes: dict | None = None) -> tuple[MemoryRecord
 
 def attributes_of(run: Run, **more: str) -> Mapping:
     """Attributes of the result file: scene, kernel, start, options, and more."""
-    mechanism, roles, started = run.mechanism, tuple(run.method.roles), run.started
+    mechanism = run.mechanism
+    roles = tuple(run.method.roles)
+    started = run.started
     options = dict(run.options)
 
     def text() -> str:
@@ -140,7 +143,9 @@ def _sum_wear(run: Run) -> None:
 
 def _close(run: Run, recording: Recording, finished: str, wall: float) -> None:
     """End the record; finished: its status. What few look at is made where somebody does."""
-    recorder, diagnosis, end = recording.recorder, recording.diagnosis, run.at_end()
+    recorder = recording.recorder
+    diagnosis = recording.diagnosis
+    end = run.at_end()
     if run.state.contacts[:, TOUCHING].any():
         recorder.impacts(run.labels(), run.open_contacts(), "open_contact")
     for joint, source in run.mechanism.sources.items():

@@ -59,12 +59,10 @@ class Run:
     def __init__(
         self, mechanism: Mechanism, span: Span, solver: Solver | None = None, outputs: bool = True
     ):
-        self.mechanism, self.span, self.solver, self.outputs = (
-            mechanism,
-            span,
-            solver or Solver(),
-            outputs,
-        )
+        self.mechanism = mechanism
+        self.span = span
+        self.solver = solver or Solver()
+        self.outputs = outputs
         # smaller where offsets are differences of places of bodies, which errors are relative to
         self.rtol = max(self.solver.rtol * mechanism.share, FINEST)
         self.method = Method(self)
@@ -97,7 +95,8 @@ class Run:
         about = mechanism.own, self.span, self.solver, self.outputs, method.fuses
         cast, roles, links = mechanism.remembered(("begun", *about), self._begun)
         self.state = cast(mechanism.par)
-        method.roles, method.links = roles, links | {"together": self.state.together}
+        method.roles = roles
+        method.links = links | {"together": self.state.together}
 
     def _begun(self) -> tuple[Callable[[np.ndarray], State], list[str], dict]:
         """A maker of states at the start, roles and links of its method."""
@@ -110,7 +109,8 @@ class Run:
     def _new_state(self) -> State:
         """The state at the start, without numbers, with room for its stepper."""
         mechanism, size, solver = self.mechanism, self.mechanism.y0.size, self.solver
-        states, layout = mechanism.size or size, mechanism.layout
+        states = mechanism.size or size
+        layout = mechanism.layout
         state = State(
             size=size,
             states=states,
@@ -129,7 +129,8 @@ class Run:
         state.convergence, state.effort = 1.0, 0.9
         state.evaluate_ledger = size > mechanism.size
         state.step_limit = solver.max_steps or STEP_LIMIT
-        state.commits, state.remembering = layout.commits, len(layout.remembering)
+        state.commits = layout.commits
+        state.remembering = len(layout.remembering)
         state.may_switch = (
             solver.method == "auto" and self.method.current == "dop853" and mechanism.size > 0
         )
@@ -145,8 +146,11 @@ class Run:
 
     def start_from(self, start: Record | str | Path) -> None:
         """Begin in another state than the scene's. Raises ValueError as `state_from` does."""
-        begin, mechanism, state = state_from(self.mechanism, start), self.mechanism, self.state
-        self.started, self.options["start"] = begin.text, vars(begin)
+        begin = state_from(self.mechanism, start)
+        mechanism = self.mechanism
+        state = self.state
+        self.started = begin.text
+        self.options["start"] = vars(begin)
         state.y[: mechanism.size] = begin.values
         state.work[mechanism.layout.carried_places] = begin.carried
         state.turned[: len(begin.angles), 0] = begin.angles
@@ -166,7 +170,8 @@ class Run:
 
     def at_end(self) -> "Run":
         """The run as it stands, without its output: what is read of it later."""
-        end, state = Run.__new__(Run), self.state.without_output()
+        end = Run.__new__(Run)
+        state = self.state.without_output()
         vars(end).update(vars(self), state=state, observers=[], _looked={})
         return end
 
@@ -292,10 +297,14 @@ class Run:
 
         A status code.
         """
-        state, until = self.state, min(until, self.span.until)
+        state = self.state
+        until = min(until, self.span.until)
         state.end = min(until, self._next_stop())
-        before, tried, since = state.steps, int(state.steps + state.rejected), state.time
-        began, worked = clock.perf_counter(), self._worked()
+        before = state.steps
+        tried = int(state.steps + state.rejected)
+        since = state.time
+        began = clock.perf_counter()
+        worked = self._worked()
         code = self.loop.run(state.address, self.budget)
         self.cpu += self._worked() - worked
         self.wall += clock.perf_counter() - began
@@ -322,7 +331,8 @@ class Run:
         """Give a piece of output to the observers, and its room back to the loop."""
         state = self.state
         samples = state.times[: state.rows_filled], state.rows[: state.rows_filled]
-        contacts, log = state.impacts[: state.impacts_filled], state.log[: state.log_filled]
+        contacts = state.impacts[: state.impacts_filled]
+        log = state.log[: state.log_filled]
         trail = state.trail[: state.log_filled]
         self.contact_count += len(contacts)
         state.rows_filled = state.impacts_filled = state.log_filled = 0

@@ -81,7 +81,8 @@ class Sums:
         weights = log[:, 1, None] * WEIGHTS
         flat = trail.reshape(-1, len(FOLLOWED))
         touching = flat[:, FOLLOWED.index("normal_load")] > 0.0
-        flat, weights = flat[touching], weights.ravel()[touching]
+        flat = flat[touching]
+        weights = weights.ravel()[touching]
         for first in range(0, len(flat), ROWS):
             self._spread(flat[first : first + ROWS], weights[first : first + ROWS])
 

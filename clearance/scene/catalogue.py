@@ -80,7 +80,8 @@ def _of_scene(scene: Scene) -> Case:
 def _of_function(function: Callable[..., Scene]) -> Case:
     """The case of a function: that of its file, where it stands at the top level of one."""
     inner = inspect.unwrap(function)
-    code, name = getattr(inner, "__code__", None), getattr(inner, "__name__", str(function))
+    code = getattr(inner, "__code__", None)
+    name = getattr(inner, "__name__", str(function))
     path = Path(code.co_filename if code else "")
     top = getattr(inner, "__qualname__", "") == name and name.isidentifier()
     if top and path.suffix == ".py" and path.is_file() and inner.__module__ != "__main__":
@@ -120,13 +121,15 @@ def _python_file(path: Path, name: str = "scene") -> Case:
     """The case of a Python file, its parameters those of its function."""
     if not path.is_file():
         raise ValueError(f"no case file {path}")
-    module, label = _module(path.resolve()), path.stem if name == "scene" else name
+    module = _module(path.resolve())
+    label = path.stem if name == "scene" else name
     function = getattr(module, name, None)
     if not callable(function):
         raise ValueError(
             f"case file {path} must define a function {name}(...) that returns a Scene"
         )
-    text, length = function.__doc__ or module.__doc__ or "", getattr(module, "UNTIL", None)
+    text = function.__doc__ or module.__doc__ or ""
+    length = getattr(module, "UNTIL", None)
     reference = str(path.resolve()) + ("" if name == "scene" else f":{name}")
     return _defined(function, label, path, text, length, reference)
 
@@ -136,7 +139,8 @@ def _defined(
     function: Callable[..., Scene], name: str, path: Path, text: str, length, reference: str
 ) -> Case:
     """The case of a function of a file; length: that of its runs [s], where the file states it."""
-    case, ours = _made_by(function, name, path, text), path.parent == library()
+    case = _made_by(function, name, path, text)
+    ours = path.parent == library()
     return dataclasses.replace(
         case,
         function=_gathering(function) if ours else case.function,
@@ -165,7 +169,9 @@ def _parameters(function: Callable[..., Scene]) -> dict[str, Parameter]:
 
     A default that is a dataclass stands for its fields, see JointOptions.
     """
-    lines, parameters, arguments = _described(function), {}, {}
+    lines = _described(function)
+    parameters = {}
+    arguments = {}
     for p in inspect.signature(function).parameters.values():
         if dataclasses.is_dataclass(p.default):
             shared = _parameters(type(p.default))

@@ -161,7 +161,8 @@ def module_of(name: str, texts: Mapping[str, Mapping[str, str]]) -> types.Module
     if name not in texts:
         reason = "was written at a prompt, in a notebook or in a script that is run"
         raise ValueError(f"no text of {name} is there, for it {reason}; put the law into a file")
-    file, text = texts[name]["file"], texts[name]["text"]
+    file = texts[name]["file"]
+    text = texts[name]["text"]
     if (name, text) in _MADE:
         return _MADE[name, text]
     there = sys.modules.get(name)
@@ -229,7 +230,9 @@ class Parts:
         law: Callable[[str, Field | None], Law | Callable],
         shared: Mapping[str, Mapping[str, Mapping]] | None = None,
     ):
-        self.tables, self.law_of, self.shared = elements, law, shared or {}
+        self.tables = elements
+        self.law_of = law
+        self.shared = shared or {}
         self.body_tables = bodies
         self._bodies: dict[str, Body] = {"ground": ground}
         self._elements: dict[tuple[str, str], Element | None] = {}
@@ -255,7 +258,8 @@ class Parts:
         if not isinstance(value, Mapping):
             raise ValueError(f'expected a point as "crank.A" or [x, y], got {value!r}')
         _check_names(f"a point {dict(value)}", value, POINT, ("body",))
-        body, xyz = self.body(value["body"]), [amount(value.get(n, 0.0), ("m",)) for n in "xyz"]
+        body = self.body(value["body"])
+        xyz = [amount(value.get(n, 0.0), ("m",)) for n in "xyz"]
         return Point(body, value["point"], *xyz) if "point" in value else body.at(*xyz)
 
     # --- elements
@@ -300,7 +304,8 @@ class Parts:
 
     def values(self, kind: type, table: Mapping) -> dict[str, object]:
         """Values of the fields of a kind that a table has."""
-        by_name, hints = {f.name: f for f in fields(kind)}, typing.get_type_hints(kind)
+        by_name = {f.name: f for f in fields(kind)}
+        hints = typing.get_type_hints(kind)
         values = {}
         for name, value in table.items():
             with at(name):
@@ -308,7 +313,8 @@ class Parts:
         return values
 
     def _value(self, field: Field, hint: object, value: object) -> object:
-        number, kinds = field.metadata.get("number"), typing.get_args(hint) or (hint,)
+        number = field.metadata.get("number")
+        kinds = typing.get_args(hint) or (hint,)
         if value is None or isinstance(value, bool):
             return self.constant(value)
         if "law" in field.metadata or number and number.families and isinstance(value, Mapping):

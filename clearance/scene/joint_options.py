@@ -656,7 +656,8 @@ def idle(scene: "Scene") -> dict[str, str]:
     """Parameters of the case of a scene that do nothing, by name, each with the option that makes
     it so. Those of a case without JointOptions all do something.
     """
-    options, case = {f.name for f in fields(JointOptions)}, scene.case
+    options = {f.name for f in fields(JointOptions)}
+    case = scene.case
     if case is None or not options <= case.parameters.keys():
         return {}
     values = {n: p.default for n, p in case.parameters.items()} | scene.parameters

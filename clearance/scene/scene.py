@@ -315,7 +315,8 @@ def _changed(part: Part, changes: dict[str, float]) -> Part:
     values: dict[str, Any] = {}
     for name in [name for name in _changeable(part) if name in changes]:
         field, _, parameter = name.removeprefix(f"{part.key}/").partition("/")
-        value, change = values.get(field, getattr(part, field)), changes.pop(name)
+        value = values.get(field, getattr(part, field))
+        change = changes.pop(name)
         values[field] = value.replaced(**{parameter: change}) if parameter else change
     return replace(part, **values) if values else part
 
@@ -324,7 +325,8 @@ def _changeable(part: Body | Element) -> list[str]:
     """Names of a part's numbers, and of its laws' parameters, that can change."""
     names = []
     for field in fields(part):
-        name, value = f"{part.key}/{field.name}", getattr(part, field.name)
+        name = f"{part.key}/{field.name}"
+        value = getattr(part, field.name)
         if isinstance(value, BoundLaw):
             names += [f"{name}/{parameter}" for parameter in value.law.given]
         elif isinstance(value, int | float) and not isinstance(value, bool):

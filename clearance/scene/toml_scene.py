@@ -240,7 +240,8 @@ def formula(
             answer = f"{meant(name, values)}; [parameters] has {', '.join(values) or 'none'}"
             raise ValueError(f"unknown parameter ${name}{answer}")
     if alone := PARAMETER.fullmatch(text.strip()):
-        value, unit = values[alone[1]], (units or {}).get(alone[1])
+        value = values[alone[1]]
+        unit = (units or {}).get(alone[1])
         return f"{value!r} {unit}" if unit and not isinstance(value, Column) else value
     if len(text) > LONGEST:
         raise ValueError(f"a formula may have {LONGEST} letters, this one has {len(text)}")
@@ -310,7 +311,8 @@ def _placed(path: Path, text: str, document: Mapping, error: Misplaced) -> Value
     names, words = error.place, error.text
     if len(names) == 2:
         words = words.removeprefix(f"{names[0]} {names[1]}: ").removeprefix(f"{names[1]}: ")
-    table, read = _part(document, names), SIGNATURE.sub("", words)
+    table = _part(document, names)
+    read = SIGNATURE.sub("", words)
     if isinstance(table, Mapping):  # the field that the message names first
         places = {m.start(): n for n in table if (m := re.search(rf"\b{re.escape(n)}\b", read))}
         names = (*names, places[min(places)]) if places else names

@@ -34,11 +34,14 @@ class Neighbours:
     known: dict[Path, "Neighbours"] = {}
 
     def __init__(self, folder: Path, version: int):
-        self.folder, self.version, self.texts = folder, version, {}
+        self.folder = folder
+        self.version = version
+        self.texts = {}
         self.name = f"{BESIDE}_{zlib.crc32(str(folder).encode()):x}_{version}"
         self.names = vars(builtins) | {"__import__": self._imported}
         package = ModuleType(self.name, f"Files in {folder}.")
-        package.__path__, package.neighbours = [str(folder)], self
+        package.__path__ = [str(folder)]
+        package.neighbours = self
         sys.modules[self.name] = package
         _look_anew()
 

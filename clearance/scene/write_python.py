@@ -45,7 +45,9 @@ class _Writer(Parts):
     """
 
     def __init__(self, document: Mapping, case, folder: Path):
-        self.document, self.case, self.folder = document, case, folder.resolve()
+        self.document = document
+        self.case = case
+        self.folder = folder.resolve()
         self.imports: dict[str, None] = {}
         self.names: dict[tuple[str, str], str] = {}
         self.taken = {"cl", "math", "scene", *case.parameters}

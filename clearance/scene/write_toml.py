@@ -104,7 +104,8 @@ def _law(law: BoundLaw, field, folder: Path) -> str:
     """A law by its name, with the parameters that are neither usual nor its joint's."""
     numbers = {n: v for n, v in law.parameters.items() if n not in law.of_joint}
     if not str(law.law.__module__).startswith(PACKAGE):
-        file, folder = Path(law.law.function.__code__.co_filename), folder.resolve()
+        file = Path(law.law.function.__code__.co_filename)
+        folder = folder.resolve()
         if not file.is_file():
             raise ValueError(f"the law {law.law.name} has no file: put it into one")
         path = file.relative_to(folder) if file.is_relative_to(folder) else file

@@ -18,7 +18,9 @@ def along(loop, address, ends, count):
     loop: address of the compiled loop; address: of the run's state; count: one number, the steps so
     far. A step that is refused, or that the loop does not make, is the last.
     """
-    s, run, code = state_at(address), loop_at(loop), status.RUNNING
+    s = state_at(address)
+    run = loop_at(loop)
+    code = status.RUNNING
     while code == status.RUNNING and count[0] < ends.size:
         steps, refused = s.steps, s.rejected
         s.end, s.step_size = ends[count[0]], math.inf

@@ -44,7 +44,8 @@ def probe(s, t, h, theta):
 @inline
 def beyond(s, joint):
     """Sign of the penetration of a joint behind its next start or end of contact."""
-    touching, gradual = s.contacts[joint, TOUCHING] > 0.0, s.contacts[joint, KIND] != CONTACT
+    touching = s.contacts[joint, TOUCHING] > 0.0
+    gradual = s.contacts[joint, KIND] != CONTACT
     before = depth_of(s.before, joint), rate_of(s.before, joint)
     return control.beyond(touching, gradual, *before, s.band[joint])
 
@@ -100,7 +101,9 @@ def near_contact(s, h):
     for j in range(s.contacts.shape[0]):
         if s.contacts[j, KIND] == FILM:
             continue
-        wanted, before, after = beyond(s, j), rate_of(s.before, j), rate_of(s.after, j)
+        wanted = beyond(s, j)
+        before = rate_of(s.before, j)
+        after = rate_of(s.after, j)
         deepest = max(wanted * depth_of(s.before, j), wanted * depth_of(s.after, j))
         turns = wanted * before > 0.0 > wanted * after
         if s.contacts[j, KIND] == CONTACT or turns:
@@ -185,7 +188,8 @@ def aligned(s, t, h, event, theta):
             return status.MISSED, size, False
         last = size
         s.events(t + size, s.y_new, s.par, s.work, s.after)
-        value, rate = wanted * depth_of(s.after, event), wanted * rate_of(s.after, event)
+        value = wanted * depth_of(s.after, event)
+        rate = wanted * rate_of(s.after, event)
         if abs(value) <= 1e-2 * s.band[event]:
             return status.CUT, size, True
         if value > 0.0:
@@ -210,7 +214,9 @@ def switch(s, joint, t, values):
     contact = s.contacts[joint]
     if contact[TOUCHING] > 0.0:
         row = s.impacts[s.impacts_filled]
-        row[0], row[1], row[2] = joint, contact[SINCE], contact[IMPACT_SPEED]
+        row[0] = joint
+        row[1] = contact[SINCE]
+        row[2] = contact[IMPACT_SPEED]
         row[3], row[4] = contact_peak(s, joint, 0), contact_peak(s, joint, 1)
         row[5], row[6] = t - contact[SINCE], -rate_of(values, joint)
         s.impacts_filled += 1

@@ -117,7 +117,9 @@ def cubic(low, rise, high, fall, length):
     """Coefficients of x, x^2 and x^3 of the cubic through the value `low` at x = 0 and `high` at
     x = 1, with rates there over a length.
     """
-    a, b, change = rise * length, fall * length, high - low
+    a = rise * length
+    b = fall * length
+    change = high - low
     return a, 3.0 * change - 2.0 * a - b, a + b - 2.0 * change
 
 

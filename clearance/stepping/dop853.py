@@ -66,7 +66,8 @@ def step(address, t, h):
     s.evaluations += STAGES
     high, low = 0.0, 0.0
     for i in range(states):
-        five, three = E5[STAGES] * f_new[i], E3[STAGES] * f_new[i]
+        five = E5[STAGES] * f_new[i]
+        three = E3[STAGES] * f_new[i]
         for j in range(STAGES):
             five += E5[j] * k[j, i]
             three += E3[j] * k[j, i]

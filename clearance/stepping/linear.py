@@ -28,7 +28,8 @@ def rate_matrix(a, vector, g, p, n):
 def factor(a, pivots, n):
     """Overwrite a[:n, :n] by its LU factors."""
     for k in range(n):
-        best, largest = k, abs(a[k, k].real) + abs(a[k, k].imag)
+        best = k
+        largest = abs(a[k, k].real) + abs(a[k, k].imag)
         for i in range(k + 1, n):
             size = abs(a[i, k].real) + abs(a[i, k].imag)
             if size > largest:

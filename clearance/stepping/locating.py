@@ -150,9 +150,11 @@ def reversals(s, t, h):
     """
     count = 0
     for k in range(s.reversals.shape[0]):
-        before, after = s.reversals[k, RATE], rubbing_rate(s, s.row, k)
+        before = s.reversals[k, RATE]
+        after = rubbing_rate(s, s.row, k)
         s.reversals[k, RATE] = after
-        fine, factor = s.reversals[k, FINE], s.reversals[k, FACTOR]
+        fine = s.reversals[k, FINE]
+        factor = s.reversals[k, FACTOR]
         reach = fine * factor ** (SIDE - 1)
         passes = before * after <= 0.0 or min(abs(before), abs(after)) < reach
         if not passes or abs(after - before) < fine:
@@ -164,7 +166,8 @@ def reversals(s, t, h):
         slope = (rate_inside(s, t, h, k, theta + aside) - rate) / aside
         if slope == 0.0:
             continue
-        count, wanted = cut(s, count, theta - rate / slope), fine
+        count = cut(s, count, theta - rate / slope)
+        wanted = fine
         for _ in range(SIDE):
             count = cut(s, count, theta + (wanted - rate) / slope)
             count = cut(s, count, theta - (wanted + rate) / slope)
@@ -218,7 +221,8 @@ def may_peak(s, k, per_width, per_back, curving):
     last, now = s.peaks[k, LAST], s.peaks[k, NEXT]
     if per_back == 0.0:
         return s.peaks[k, JOINT] >= 0.0 or max(last, now) + abs(now - last) > s.peaks[k, VALUE]
-    slope, before = (now - last) * per_width, (last - s.peaks[k, EARLIER]) * per_back
+    slope = (now - last) * per_width
+    before = (last - s.peaks[k, EARLIER]) * per_back
     return control.may_peak(last, now, s.peaks[k, VALUE], slope, per_width, before, curving)
 
 
@@ -254,7 +258,9 @@ def refine(s, t, h, k, low, high):
     """
     width = high - low
     a, b, c = low, low + 0.5 * width, high
-    at_a, at_b, at_c = s.peaks[k, LAST], s.peaks[k, MIDDLE], s.peaks[k, NEXT]
+    at_a = s.peaks[k, LAST]
+    at_b = s.peaks[k, MIDDLE]
+    at_c = s.peaks[k, NEXT]
     offer(s, k, at_b, t + b * h)
     span, ends = width, max(at_a, at_c)
     for n in range(ROUNDS):
@@ -271,7 +277,9 @@ def refine(s, t, h, k, low, high):
         if n == ROUNDS - 1 or (n > 0 and abs(summit - b) < SETTLED * span):
             return
         span *= CLOSER
-        a, b, c = max(low, summit - span), summit, min(high, summit + span)
+        a = max(low, summit - span)
+        b = summit
+        c = min(high, summit + span)
         at_a, at_b = seen_inside(s, t, h, k, a), value
         at_c = seen_inside(s, t, h, k, c)
 
@@ -280,15 +288,19 @@ def refine(s, t, h, k, low, high):
 @shared
 def look_into(s, t, h, low, high, row):
     """Extremes and integrals between low and high of the last step; row: outputs at high."""
-    width, back, searched = (high - low) * h, s.interval, False
+    width = (high - low) * h
+    back = s.interval
+    searched = False
     if s.integrals.shape[1] > 0:
         end_interval(s, row, width)
         if s.counted >= 0 and row[s.counted] >= s.turn:
             end_turn(s, t, h, low, high)
-    per_width, per_back = 1.0 / width, 1.0 / back if back > 0.0 else 0.0
+    per_width = 1.0 / width
+    per_back = 1.0 / back if back > 0.0 else 0.0
     curving = 4.0 * width / (width + back)
     for k in range(s.peaks.shape[0]):
-        s.peaks[k, NEXT], s.peaks[k, SEARCHED] = quantity(s, row, k), 0.0
+        s.peaks[k, NEXT] = quantity(s, row, k)
+        s.peaks[k, SEARCHED] = 0.0
         if asleep(s, k):
             continue
         offer(s, k, s.peaks[k, NEXT], t + high * h)
@@ -332,7 +344,8 @@ def end_stretch(s, time):
     for k in range(s.peaks.shape[0]):
         if s.peaks[k, JOINT] < 0.0:
             s.best[s.stretches, k], s.when[s.stretches, k] = s.peaks[k, VALUE], s.peaks[k, WHEN]
-            s.peaks[k, VALUE], s.peaks[k, WHEN] = s.peaks[k, LAST], time
+            s.peaks[k, VALUE] = s.peaks[k, LAST]
+            s.peaks[k, WHEN] = time
     s.stretches += 1
 
 

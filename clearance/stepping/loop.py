@@ -108,10 +108,8 @@ def weigh_films(s, values):
         contact = s.contacts[j]
         if contact[COORDINATE] < 0.0 or contact[PULL] == 0.0:
             continue
-        first, gap = (
-            int(contact[COORDINATE]),
-            max(-depth_of(values, j), 1e-15 * contact[CLEARANCE]),
-        )
+        first = int(contact[COORDINATE])
+        gap = max(-depth_of(values, j), 1e-15 * contact[CLEARANCE])
         contact[DAMPING] *= FORGET
         for k in range(2):
             i = first + k
@@ -119,7 +117,8 @@ def weigh_films(s, values):
                 s.scale[i] = offset_size(contact[CLEARANCE], gap, s.y[i], rtol)
             contact[DAMPING] = max(contact[DAMPING], abs(s.jacobian_rows[(p + i) * n + p + i]))
         for k in range(2):
-            i, usual = p + first + k, contact[RATE_X + k]
+            i = p + first + k
+            usual = contact[RATE_X + k]
             s.scale[i] = rate_size(usual, contact[PULL], contact[DAMPING], s.y[i], rtol)
 
 
@@ -180,7 +179,8 @@ def refuse(s, t, h):
 @shared
 def grow(s, h):
     """The step after an accepted one, see `control.factor`."""
-    error, refused = max(s.error, 1e-10), s.last_refusal != status.MADE
+    error = max(s.error, 1e-10)
+    refused = s.last_refusal != status.MADE
     value = factor(error, 1.0 / s.order, s.effort, h, s.last_step, s.last_error)
     s.step_size = next_step(h, value, s.newton_rate, GOOD_RATE, refused)
     s.last_refusal, s.refusals = status.MADE, 0
@@ -203,7 +203,8 @@ def begin_phase(s, t):
     """
     s.started = 1
     s.rhs(t, s.y, s.par, s.work, s.f)
-    last, least = s.contact_step if in_contact(s) else s.free_step, resolution(t, s.end)
+    last = s.contact_step if in_contact(s) else s.free_step
+    least = resolution(t, s.end)
     s.step_size = last if last > least else max(first_step(s, t), CLEARLY * least)
     s.last_step = 0.0
     invalidate(s)

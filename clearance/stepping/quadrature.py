@@ -81,8 +81,11 @@ def take(s, row, at):
 @inline
 def weigh(s, begin, end):
     """Integrals of the products of Newton's polynomial, by Gauss's rule."""
-    middle, half = 0.5 * (begin + end), 0.5 * (end - begin)
-    first, second, third = half * OUTER, half * CENTRAL, half * OUTER
+    middle = 0.5 * (begin + end)
+    half = 0.5 * (end - begin)
+    first = half * OUTER
+    second = half * CENTRAL
+    third = half * OUTER
     for j in range(NODES - 1):
         s.nodes[MOMENT, j] = first + second + third
         node = s.nodes[PLACE, j]
@@ -109,7 +112,9 @@ def excess(s, share):
 
     share: of the time so far that the interval takes.
     """
-    largest, limit, moment = 0.0, s.limit * share, s.nodes[MOMENT, NODES - 1]
+    largest = 0.0
+    limit = s.limit * share
+    moment = s.nodes[MOMENT, NODES - 1]
     for k in range(s.squares):
         term = abs(moment * s.integrals[DIFFERENCE + NODES - 1, k])
         allowed = limit * (s.integrals[SUM, k] + abs(s.integrals[SUMMAND, k]))
@@ -167,7 +172,8 @@ def add_times(s, t, h, low, high, inner):
     for k in range(s.squares, s.grown):
         s.integrals[TOUCHED + inner + 1, k] = s.integrals[TOUCHED + LAST, k]
         for i in range(inner + 1):
-            before, after = s.integrals[TOUCHED + i, k], s.integrals[TOUCHED + i + 1, k]
+            before = s.integrals[TOUCHED + i, k]
+            after = s.integrals[TOUCHED + i + 1, k]
             begin = low if i == 0 else low + (high - low) * INNER[inner - 1, i - 1]
             end = high if i == inner else low + (high - low) * INNER[inner - 1, i]
             if before != after:
@@ -253,7 +259,9 @@ def add_interval(s, t, h, low, high, seen, turning):
     seen: outputs in its middle stand in s.look. turning: contacts that set in gradually may begin
     and end within.
     """
-    begin, now, inner = (low - high) * h, t + high * h, 1 if seen or turning else 0
+    begin = (low - high) * h
+    now = t + high * h
+    inner = 1 if seen or turning else 0
     share = -begin / (now - s.begin)
     integrate(s, begin, 0.0)
     over = excess(s, share) * LEFT**inner

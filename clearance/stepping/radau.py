@@ -95,7 +95,9 @@ def correct_real(k, m, h, p, n):
     """One Newton correction of the real one of the transformed rates; its squared norm over
     tolerance.
     """
-    stages, size, real = k.c.size, n - p, 4 * k.c.size + LU
+    stages = k.c.size
+    size = n - p
+    real = 4 * k.c.size + LU
     correction, weight = m[real - 3], m[real - 2]
     w, f, g = 2 * stages, stages, k.real / h
     for i in range(p, n):
@@ -115,7 +117,9 @@ def correct_real(k, m, h, p, n):
 @inline
 def correct(k, m, complexes, h, p, n):
     """One Newton correction of the transformed rates; returns its squared norm over tolerance."""
-    stages, size, weight = k.c.size, n - p, m[4 * k.c.size + WEIGHT]
+    stages = k.c.size
+    size = n - p
+    weight = m[4 * k.c.size + WEIGHT]
     w, f = 2 * stages, stages
     norm = correct_real(k, m, h, p, n)
     for pair in range(k.pairs.size):
@@ -172,7 +176,9 @@ def newton(k, run, t, h):
     y, m, n = run.y, run.matrix, run.states
     stages, p = k.c.size, run.coordinates
     tolerance = max(2e-15 / run.rtol, run.newton_tolerance)
-    old, rate, factor_of_rate = 0.0, 0.0, max(run.convergence, 1e-16) ** 0.8
+    old = 0.0
+    rate = 0.0
+    factor_of_rate = max(run.convergence, 1e-16) ** 0.8
     for iteration in range(ITERATIONS):
         rates(k, run, t, h)
         run.evaluations += stages
@@ -207,9 +213,13 @@ def newton(k, run, t, h):
 def error_norm(k, run, t, h):
     """Error over tolerance; filtered a second time where the first answer would reject the step."""
     y, f, vector, m, n = run.y, run.f, run.jacobian_rows, run.matrix, run.states
-    stages, p, real = k.c.size, run.coordinates, 4 * k.c.size + LU
+    stages = k.c.size
+    p = run.coordinates
+    real = 4 * k.c.size + LU
     size = n - p
-    correction, trial, weight = m[real - 3], m[real - 4], m[real - 2]
+    correction = m[real - 3]
+    trial = m[real - 4]
+    weight = m[real - 2]
     g, norm = k.real / h, 0.0
     for attempt in range(2):
         for i in range(n):

@@ -91,8 +91,11 @@ def dense_output(y, y_new, dense, m, n):
             first += H[0, j] * m[j, i]
             second += H[1, j] * m[j, i]
             third += H[2, j] * m[j, i]
-        dense[0, i], dense[1, i], dense[2, i] = y[i], y_new[i] - y[i], first
-        dense[3, i], dense[4, i] = second + third, -third
+        dense[0, i] = y[i]
+        dense[1, i] = y_new[i] - y[i]
+        dense[2, i] = first
+        dense[3, i] = second + third
+        dense[4, i] = -third
         dense[5, i] = dense[6, i] = dense[7, i] = 0.0
 
 

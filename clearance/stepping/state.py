@@ -235,7 +235,8 @@ class State:
     """
 
     def __init__(self, **sizes: int):
-        self.sizes, self.memory = sizes, _memory(layout(**sizes))
+        self.sizes = sizes
+        self.memory = _memory(layout(**sizes))
 
     def __getattr__(self, name: str):
         if name not in ARRAYS:
@@ -248,13 +249,17 @@ class State:
 
         Its argument: the mechanism's numbers.
         """
-        sizes, kind, head = self.sizes, self.memory.dtype, self.head.copy()
+        sizes = self.sizes
+        kind = self.memory.dtype
+        head = self.head.copy()
         functions = {name: vars(self)[name] for name in FUNCTIONS}
-        move, together = mover(STATE, self) if COMPILED else None, self.together
+        move = mover(STATE, self) if COMPILED else None
+        together = self.together
 
         def cast(par: np.ndarray) -> State:
             # room for output is not cleared: it would take longer than all of this
-            state, memory = State.__new__(State), _memory(kind, np.empty)
+            state = State.__new__(State)
+            memory = _memory(kind, np.empty)
             vars(state).update(functions, sizes=sizes, memory=memory, par=par)
             vars(state)["together"] = together.copy() if together.size else together
             state.head[:] = head
@@ -266,7 +271,8 @@ class State:
     def without_output(self) -> "State":
         """The same numbers and arrays, but those of output, which are empty; no loop takes it."""
         sizes = self.sizes | {"rows": 0, "log": 0, "impacts": 0}
-        kind, state = layout(**sizes), State.__new__(State)
+        kind = layout(**sizes)
+        state = State.__new__(State)
         vars(state).update(sizes=sizes, memory=_memory(kind))
         state.head[:] = self.head
         return state

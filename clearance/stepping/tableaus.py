@@ -133,7 +133,8 @@ def _collocation(size: int, text: str) -> Collocation:
     c, a, real, pairs, t, ti, e, basis, end = (
         part.reshape(size, size) if part.size == size**2 else part for part in parts
     )
-    pairs, moments = pairs.view(complex), -(-size // MOMENTS) * MOMENTS
+    pairs = pairs.view(complex)
+    moments = -(-size // MOMENTS) * MOMENTS
     return Collocation(c, a, float(real[0]), pairs, t, ti, e, basis, end, moments)
 
 

@@ -36,9 +36,12 @@ def jumped(pair, places, step, size):
     CHANGE of itself.
     """
     for j in range(0, places.size, 3):
-        at, speed, rate = places[j], places[j + 1], places[j + 2]
+        at = places[j]
+        speed = places[j + 1]
+        rate = places[j + 2]
         before, now = pair[0, speed], pair[1, speed]
-        fast, gain = max(abs(before), abs(now)), max(abs(pair[0, rate]), abs(pair[1, rate]))
+        fast = max(abs(before), abs(now))
+        gain = max(abs(pair[0, rate]), abs(pair[1, rate]))
         if abs(pair[1, at] - pair[0, at]) > 2.0 * step * fast + WAY * size:
             return True
         if abs(now - before) > 2.0 * step * gain + CHANGE * fast:

@@ -98,7 +98,8 @@ def _joint(joint: Joint, frequency: float) -> dict:
 def _line_contact(joint: Joint, frequency: float) -> str:
     """Speed and load from which elasticity matters: the sum of surface speeds at the frequency."""
     radius = effective_radius(joint.radius, joint.clearance)
-    stiff, speed = 2.0 * joint.elastic.values["modulus"], 2.0 * frequency * joint.radius
+    stiff = 2.0 * joint.elastic.values["modulus"]
+    speed = 2.0 * frequency * joint.radius
     root = math.sqrt(joint.viscosity * speed / (stiff * radius))
     material = joint.elastic.values["pressure_viscosity"] * stiff * math.sqrt(root)
     load = joint.length * stiff * radius * root
@@ -146,7 +147,8 @@ def _solved(group) -> str:
 
 
 def _kernel(structure: Structure, role: str) -> dict:
-    program, text = structure.programs[role], structure.texts[role]
+    program = structure.programs[role]
+    text = structure.texts[role]
     apart = {f.name: f.reason for f in program.functions if isinstance(f, Opaque)}
     return {
         "lines": len(text.splitlines()),

@@ -38,7 +38,8 @@ def force_map(bearing: Bearing, nodes: int = 33) -> tuple[dict, Table]:
     Arrays over y = -ln(1 - eps) and the direction of (d(eps)/dt, eps w / 2).
     """
     table = film_table(Key(bearing.slenderness, bearing.cavitation, bearing.thickness, nodes))
-    y, angle = np.linspace(0.0, min(TOP, 5.3), 107), np.linspace(0.0, math.pi, 91)
+    y = np.linspace(0.0, min(TOP, 5.3), 107)
+    angle = np.linspace(0.0, math.pi, 91)
     size, direction, shear = np.zeros((3, len(y), len(angle)))
     for i, height in enumerate(y):
         eps = -math.expm1(-height)
@@ -67,14 +68,16 @@ def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=Non
     run had stands beside it. Raises ValueError for a joint that has no film or does not exist, and
     for a count below 1. A film with a memory, which no file stores, raises it, too.
     """
-    scene, name = result.scene, joint_with_film(result, joint)
+    scene = result.scene
+    name = joint_with_film(result, joint)
     checks.whole("count", count, 1)
     entry = next(j for j in scene["joints"] if j["name"] == name)
     if entry["film"]["law"].endswith(":conserving"):
         raise ValueError(
             f"{result.path}: joint {name} has a film with a memory, which a file does not keep"
         )
-    states, oil = motion(result, entry).tolist(), viscosities(result, entry)
+    states = motion(result, entry).tolist()
+    oil = viscosities(result, entry)
     forces = result.joint(name).film_radial, result.joint(name).film_tangential
     times = result.time
     begin = np.searchsorted(times, times[-1] - _turn(scene, times))
@@ -99,7 +102,8 @@ def _from_file(bearing: Bearing, fields: PressureFields, i: int) -> FilmSolution
     is nan.
     """
     theta = (fields.angle - fields.line_of_centres[i] + math.pi) % (2.0 * math.pi)
-    order, half = np.argsort(theta), fields.axial >= -1e-9 * bearing.length
+    order = np.argsort(theta)
+    half = fields.axial >= -1e-9 * bearing.length
     pressure = fields.pressure[i].T
     rule = np.full(len(fields.axial), 2.0)  # Simpson's
     rule[1::2], rule[[0, -1]] = 4.0, 1.0

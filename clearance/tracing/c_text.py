@@ -94,7 +94,8 @@ class CWriter(Writer):
 
     def matrix(self, program: Program) -> list[str]:
         """A matrix, column by column."""
-        n, ends = program.columns, list(program.outputs.values())
+        n = program.columns
+        ends = list(program.outputs.values())
         lines = self.body(program.steps, _read_by(program.column, ends, self.operands), "")
         column = self.body(program.column, ends, "    ")
         rows = [f"    out[{i * n} + column] = {value(v)};" for i, v in program.outputs.items()]

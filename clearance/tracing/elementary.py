@@ -162,7 +162,7 @@ class Functions:
         while len(terms) > 1:
             pairs = [self.fma(power, b, a) for a, b in zip(terms[::2], terms[1::2], strict=False)]
             terms = pairs + terms[len(terms) - len(terms) % 2 :]
-            power = power * power
+            power *= power
         return terms[0]
 
     def rounded(self, x: Number) -> tuple[Number, ir.Value]:
@@ -258,11 +258,13 @@ class Functions:
     def atan2(self, y: Number, x: Number):
         up, along = self.size(y), self.size(x)
         steep = up > along
-        small, tall = self.select(steep, along, up), self.select(steep, up, along)
+        small = self.select(steep, along, up)
+        tall = self.select(steep, up, along)
         far = small > tall * (math.sqrt(2.0) - 1.0)
         u = self.select(far, small - tall, small) / self.select(far, small + tall, tall)
         z = u * u
-        above, below = self.polynomial(z, ARCTANGENT), self.polynomial(z, ARCTANGENT_BELOW)
+        above = self.polynomial(z, ARCTANGENT)
+        below = self.polynomial(z, ARCTANGENT_BELOW)
         angle = self.fma(u, z * above / below, u) + self.select(far, 0.25 * math.pi, 0.0)
         angle = self.select(steep, 0.5 * math.pi - angle, angle)
         angle = self.select(x < 0.0, math.pi - angle, angle)

@@ -273,7 +273,8 @@ class Writer:
     def __init__(
         self, functions: list, slots: dict | None = None, names: dict[str, str] | None = None
     ):
-        self.slots, self.names = slots or {}, names or {}
+        self.slots = slots or {}
+        self.names = names or {}
         self.called: dict[object, str] = {}
         for function in functions:
             name = function.name
@@ -293,7 +294,8 @@ class Writer:
         return result
 
     def _branch(self, branch: Branch, indent: str) -> list[str]:
-        head, deeper = self.begin if branch.then else self.unless, indent + "    "
+        head = self.begin if branch.then else self.unless
+        deeper = indent + "    "
         lines = [indent + head.format(text(branch.condition))]
         lines += self.lines(branch.then or branch.otherwise, deeper)
         if branch.then and branch.otherwise:

@@ -41,7 +41,8 @@ class Function(Differentiable):
         self, name: str, trace: Trace | None = None, arguments: list[Scalar] | None = None
     ):
         super().__init__(name)
-        self.trace, self.arguments = trace or Trace(exact=True), arguments or []
+        self.trace = trace or Trace(exact=True)
+        self.arguments = arguments or []
         self.outputs: list = []
 
     @classmethod
@@ -134,7 +135,9 @@ class Loop(Differentiable):
 
     def _differentiated(self, active: tuple[int, ...]) -> Function:
         """A loop that carries state and derivatives."""
-        step, count, width = self.step, self.count, len(active)
+        step = self.step
+        count = self.count
+        width = len(active)
         size = len(step.arguments)
         carried = [
             [step.trace.load(f"x{size + i * width + a}") for a in range(width)]
@@ -150,7 +153,8 @@ class Loop(Differentiable):
 
         def build(trace, arguments):
             start = [float(i + 1 == a) for i in range(count) for a in active]
-            begun, constants = arguments[: 1 + count], arguments[1 + count :]
+            begun = arguments[: 1 + count]
+            constants = arguments[1 + count :]
             return trace.call(Loop(f"{self.name}_d", wide), [*begun, *start, *constants])
 
         return Function.of(f"{self.name}_d", 1 + size, build)
@@ -227,7 +231,9 @@ class Answer:
     zeros.
     """
 
-    operations, values_of, name = SHORT + 1, None, "answered"
+    operations = SHORT + 1
+    values_of = None
+    name = "answered"
 
     def __init__(self, inputs: int, outputs: int, keep: bool = False, by: tuple[int, ...] = ()):
         self.inputs, self.outputs, self.keep, self.by = inputs, outputs, keep, by
@@ -269,7 +275,8 @@ class Expansion:
         return self._copied(outputs, self.trace, {})
 
     def _copied(self, outputs: list, trace: Trace, copies: dict) -> list:
-        outer, nodes = trace.section, live(outputs, copies.__contains__)
+        outer = trace.section
+        nodes = live(outputs, copies.__contains__)
         calls = [n for n in nodes if n.op == "call"]
         wider = {(n.args[0].values_of, *n.args[1:]): n for n in calls}  # returns these values too
         for node in nodes:

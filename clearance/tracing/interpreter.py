@@ -195,7 +195,9 @@ def fingerprint(function: Callable) -> tuple:
     """Equal for functions that do the same: their code and the numbers and functions they read from
     outside.
     """
-    code, read, inside = function.__code__, [], function.__globals__
+    code = function.__code__
+    read = []
+    inside = function.__globals__
     if code.co_freevars:
         inside = inside | inspect.getclosurevars(function).nonlocals
     for name in (*names_in(code), *code.co_freevars):

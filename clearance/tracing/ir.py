@@ -16,7 +16,9 @@ from clearance.tracing.emission import Branch, Program, scheduled
 from clearance.tracing.function import Answer, Loop, Opaque
 from clearance.tracing.trace import Scalar
 
-DOUBLE, INT64, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
+DOUBLE = ir.DoubleType()
+INT64 = ir.IntType(64)
+BIT = ir.IntType(1)
 POINTER = DOUBLE.as_pointer()
 ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 ORDERED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "=="}
@@ -152,7 +154,8 @@ class Lowering:
             if not steps:
                 continue
             needed = condition if holds else self.builder.not_(condition)
-            begun, before = self.builder.block, set(self.values)
+            begun = self.builder.block
+            before = set(self.values)
             with self.builder.if_then(self.any(needed)):
                 self.run(steps)
                 ended = self.builder.block
@@ -330,9 +333,11 @@ class Lowering:
         """A loop until no lane goes on; a lane that is done keeps its state."""
         build, begun = self.builder, self.builder.block
         first, *args = args
-        constants, enter = args[loop.count :], self.holds(first)
+        constants = args[loop.count :]
+        enter = self.holds(first)
         with build.if_then(self.any(enter)):
-            before, again = build.block, build.append_basic_block("again")
+            before = build.block
+            again = build.append_basic_block("again")
             build.branch(again)
             build.position_at_end(again)
             phis = active, *state = [build.phi(a.type) for a in (enter, *args[: loop.count])]
@@ -407,7 +412,8 @@ class Lowering:
 
     def together(self, function: Callable, args: list[ir.Value], count: int) -> ir.Value:
         """The values of a function of single numbers, lane by lane, as one structure."""
-        build, result = self.builder, self.structure(count)(ir.Undefined)
+        build = self.builder
+        result = self.structure(count)(ir.Undefined)
         for i in range(self.width):
             lane = ir.IntType(32)(i)
             numbers = args if self.width == 1 else [build.extract_element(a, lane) for a in args]

@@ -100,7 +100,8 @@ class Lanes(Lowering):
 
     def power(self, base: ir.Value, exponent: float) -> ir.Value:
         """A power of quarters: products of roots."""
-        write, number = self.write_function, abs(exponent)
+        write = self.write_function
+        number = abs(exponent)
         x = Number(write, base)
         root = write.intrinsic("sqrt", x)
         factors = [x] * int(number) + [root] * (number % 1.0 >= 0.5)
@@ -140,7 +141,9 @@ class Lanes(Lowering):
 
     def _columns(self, places: list[ir.Value], offset: int) -> list[ir.Value]:
         """Neighbours in the table, from so many places behind on: a vector of lanes for each."""
-        build, pieces, size = self.builder, [], self.piece
+        build = self.builder
+        pieces = []
+        size = self.piece
         kind = ir.VectorType(DOUBLE, size).as_pointer()
         for index in places:
             pointer = build.gep(self.arrays["data"], [build.add(index, INT64(offset))])
@@ -183,6 +186,7 @@ class Moments(Lanes):
         if array not in self.SHARED:
             return super().load(array, index + 1 if array == "y" else index)
         pointer = self.builder.gep(self.arrays[array], [INT64(index)])
-        nothing, first = self.kind(ir.Undefined), INT32(0)
+        nothing = self.kind(ir.Undefined)
+        first = INT32(0)
         vector = self.builder.insert_element(nothing, self.builder.load(pointer), first)
         return self._shuffled(vector, nothing, [0] * self.width)

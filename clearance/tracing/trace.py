@@ -371,7 +371,7 @@ class Trace:
     def sum(self, values: Iterable):
         total = 0.0
         for value in values:
-            total = total + value
+            total += value
         return total
 
     # --- functions
@@ -560,7 +560,8 @@ def live(
     operands: Callable[[Scalar], list] = Scalar.operands.fget,
 ) -> list[Scalar]:
     """The operations that outputs need, in order; the walk stops at nodes where `cut` holds."""
-    needed, stack = set(), [o for o in outputs if isinstance(o, Scalar)]
+    needed = set()
+    stack = [o for o in outputs if isinstance(o, Scalar)]
     while stack:
         node = stack.pop()
         if node not in needed:

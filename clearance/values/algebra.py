@@ -61,7 +61,8 @@ def solutions(matrix: np.ndarray, right: np.ndarray, least: float) -> tuple[np.n
     """
     count = matrix.shape[1]
     rows, order, rank = _triangular(np.column_stack([matrix, right]), count, least)
-    x, ways = np.zeros((count, right.shape[1])), np.zeros((count, count - rank))
+    x = np.zeros((count, right.shape[1]))
+    ways = np.zeros((count, count - rank))
     if rank == count:
         for k in reversed(range(rank)):
             rest = (rows[k, k + 1 : count, None] * x[order[k + 1 :]]).sum(axis=0)
@@ -94,7 +95,8 @@ def _triangular(rows: np.ndarray, count: int, least: float) -> tuple[np.ndarray,
         if pivot:
             rows[:, k + pivot], rows[:, k] = rows[:, k], rows[:, k + pivot].copy()
             order[k], order[k + pivot] = order[k + pivot], order[k]
-        size, first = math.sqrt(square), float(mirror[0, 0])
+        size = math.sqrt(square)
+        first = float(mirror[0, 0])
         mirror[0] += math.copysign(size, first)
         rest -= mirror / (size * (size + abs(first))) * np.add.reduce(mirror * rest)
     return rows, order, min(len(rows), count)

@@ -26,7 +26,8 @@ def meant(name: str, names: Iterable[str]) -> str:
     """
     import difflib  # what few messages need
 
-    plain, name = {k.lower(): k for k in names}, str(name).lower()
+    plain = {k.lower(): k for k in names}
+    name = str(name).lower()
     close = [k for k in plain if sorted(k.split("_")) == sorted(name.split("_"))]
     close += difflib.get_close_matches(name, plain, 1)
     return f" (did you mean {plain[close[0]]}?)" if close else ""
@@ -151,7 +152,8 @@ def share(field: str, value: object) -> float:
     value.
     """
     if isinstance(value, str):
-        number, percent = value.strip().removesuffix("%"), value.strip().endswith("%")
+        number = value.strip().removesuffix("%")
+        percent = value.strip().endswith("%")
         try:
             value = float(number) * (0.01 if percent else 1.0)
         except ValueError:
@@ -215,7 +217,8 @@ def lazily(package: str, file: str) -> tuple[Callable, Callable, list[str]]:
     `accessors.stated`, imported on first use.
     """
     names = stated(file)
-    public, missing = sorted(names), absent(package, names)
+    public = sorted(names)
+    missing = absent(package, names)
 
     def __getattr__(name: str):
         if name not in names:

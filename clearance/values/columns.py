@@ -82,26 +82,31 @@ class Column(float):
         column.values = values
         return column
 
-    __add__, __radd__ = _arithmetic(operator.add), _arithmetic(operator.add, True)
-    __sub__, __rsub__ = _arithmetic(operator.sub), _arithmetic(operator.sub, True)
-    __mul__, __rmul__ = _arithmetic(operator.mul), _arithmetic(operator.mul, True)
-    __truediv__, __rtruediv__ = _arithmetic(operator.truediv), _arithmetic(operator.truediv, True)
-    __pow__, __rpow__ = _arithmetic(_power), _arithmetic(_power, True)
-    __lt__, __le__ = _comparison(operator.lt), _comparison(operator.le)
-    __gt__, __ge__ = _comparison(operator.gt), _comparison(operator.ge)
-    __eq__, __ne__ = _comparison(operator.eq), _comparison(operator.ne)
+    __add__ = _arithmetic(operator.add)
+    __radd__ = _arithmetic(operator.add, True)
+    __sub__ = _arithmetic(operator.sub)
+    __rsub__ = _arithmetic(operator.sub, True)
+    __mul__ = _arithmetic(operator.mul)
+    __rmul__ = _arithmetic(operator.mul, True)
+    __truediv__ = _arithmetic(operator.truediv)
+    __rtruediv__ = _arithmetic(operator.truediv, True)
+    __pow__ = _arithmetic(_power)
+    __rpow__ = _arithmetic(_power, True)
+    __lt__ = _comparison(operator.lt)
+    __le__ = _comparison(operator.le)
+    __gt__ = _comparison(operator.gt)
+    __ge__ = _comparison(operator.ge)
+    __eq__ = _comparison(operator.eq)
+    __ne__ = _comparison(operator.ne)
     __hash__ = float.__hash__
-    __int__, __trunc__, __round__ = (
-        _refused("the integer"),
-        _refused("the integer"),
-        _refused("rounding"),
-    )
-    __floor__, __ceil__, __format__ = (
-        _refused("rounding"),
-        _refused("rounding"),
-        _refused("the text"),
-    )
-    __mod__, __floordiv__ = _refused("the remainder"), _refused("the remainder")
+    __int__ = _refused("the integer")
+    __trunc__ = _refused("the integer")
+    __round__ = _refused("rounding")
+    __floor__ = _refused("rounding")
+    __ceil__ = _refused("rounding")
+    __format__ = _refused("the text")
+    __mod__ = _refused("the remainder")
+    __floordiv__ = _refused("the remainder")
 
     @staticmethod
     def each(function: Callable, numbers: tuple) -> "Column":

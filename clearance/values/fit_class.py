@@ -156,7 +156,10 @@ def fit_class(name: str, diameter: float | str | None = None) -> FitClass:
     match = _CLASS.match(name)
     if match is None:
         raise ValueError(f"{name!r} is no fit of the hole basis, such as H7/f7")
-    hole, letter, grade, inside = match[1], match[2], match[3], match[4]
+    hole = match[1]
+    letter = match[2]
+    grade = match[3]
+    inside = match[4]
     checks.known(f"{name}: no shaft", letter, SHAFTS)
     for g in (hole, grade):
         if int(g) not in TOLERANCES:

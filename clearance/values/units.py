@@ -47,7 +47,8 @@ ZEROS = {"degC": 273.15}
 #: units in which people think of numbers in SI, coarse to fine
 READ_AS = {"rad/s": ("rpm",), "m": ("mm", "um"), "Pa s": ("cP",)}
 KINEMATIC = "m2/s"
-ROUGH, RQ_OVER_RA = ("Ra", "Rq"), math.sqrt(0.5 * math.pi)
+ROUGH = "Ra", "Rq"
+RQ_OVER_RA = math.sqrt(0.5 * math.pi)
 _KINDS = {kind for kind, _ in UNITS.values()}
 
 #: most digits of a decimal factor

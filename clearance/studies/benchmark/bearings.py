@@ -34,7 +34,7 @@ def _kinks(values: dict) -> list[float]:
 def engine(time, begin=0.0):
     """Load of a four-stroke engine [N], straight between its points; from an angle [deg] on."""
     degrees = begin + math.degrees(CRANK) * time - FIRST
-    degrees = degrees - CYCLE * int(degrees / CYCLE)
+    degrees -= CYCLE * int(degrees / CYCLE)
     load = LOAD
     for angle, bend in BENDS:
         load += bend * max(degrees - angle, 0.0)
@@ -82,7 +82,8 @@ def rotating_load(run: Work) -> dict[str, float]:
 
 def _engine(run: Work, film, begin: float, end: float, samples: int):
     """Run of a journal under the load of an engine, between two angles of the crank [deg]."""
-    journal, clearance = cl.Body("journal", 1.0, 1e-3), 35.56e-6
+    journal = cl.Body("journal", 1.0, 1e-3)
+    clearance = 35.56e-6
     sizes = {"radius": 31.75e-3, "clearance": clearance, "length": 25.4e-3}
     joint = cl.ClearanceRevolute(
         cl.ground,
@@ -94,10 +95,8 @@ def _engine(run: Work, film, begin: float, end: float, samples: int):
         eccentricity=(-0.5 * clearance, 0.0),
         **sizes,
     )
-    force, drive = (
-        cl.Force(journal, x=engine(begin=begin)),
-        cl.Drive(journal, speed=SPIN, start=0.0),
-    )
+    force = cl.Force(journal, x=engine(begin=begin))
+    drive = cl.Drive(journal, speed=SPIN, start=0.0)
     scene = cl.Scene(joint, force, drive, gravity=(0.0, 0.0))
     return run(scene, until=math.radians(end - begin) / CRANK, samples=samples)
 
@@ -142,11 +141,13 @@ def friction_rig(run: Work) -> dict[str, float]:
             friction=cl.coulomb(coefficient=0.1),
             eccentricity=(0.0, -3.6e-5),
         )
-        load, drive = cl.Force(journal, y=-500.0), cl.Drive(journal, speed=speed, start=0.0)
+        load = cl.Force(journal, y=-500.0)
+        drive = cl.Drive(journal, speed=speed, start=0.0)
         scene = cl.Scene(joint, load, drive, gravity=(0.0, 0.0))
         until = max(2.0, 100.0 / speed)
         result = run(scene, until=until, samples=2, rtol=max(run.rtol, 1e-8))
-        x, y = result.joint("B").eccentricity_x[-1], result.joint("B").eccentricity_y[-1]
+        x = result.joint("B").eccentricity_x[-1]
+        y = result.joint("B").eccentricity_y[-1]
         values[f"ratio_{speed:g}"] = float(np.hypot(x, y)) / 4e-5
         values[f"attitude_{speed:g}"] = float(np.arctan2(x, -y))
         values[f"torque_{speed:g}"] = float(result.drive("journal").torque[-1])

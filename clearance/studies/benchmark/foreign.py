@@ -159,7 +159,8 @@ def _known(unit: str, row: Row) -> tuple[str, float]:
 
 def _scaled(number: float, unit: str, row: Row) -> float:
     """A number of this unit in that of its row."""
-    (kind, factor), (wanted, size) = _known(unit, row), _known(row.unit, row)
+    kind, factor = _known(unit, row)
+    wanted, size = _known(row.unit, row)
     if kind != wanted:
         raise ValueError(f"{unit} is no unit of it; {row.unit} is")
     return number if factor == size else number * factor / size

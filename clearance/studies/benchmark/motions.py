@@ -22,9 +22,12 @@ DRY = {
 
 @problem("a periodic motion of the dry slider-crank, its multipliers, and the fold that ends it")
 def periodic_orbit(run: Work) -> dict[str, float]:
-    case, tolerance = cl.load_case("slider_crank", speed=cl.rpm(3000), **DRY), 1e3 * run.rtol
+    case = cl.load_case("slider_crank", speed=cl.rpm(3000), **DRY)
+    tolerance = 1e3 * run.rtol
     solved = cl.steady(case, tolerance, error=None, samples_per_turn=360)
-    place, events, values = solved.orbit.joint("C"), solved.orbit.events, {}
+    place = solved.orbit.joint("C")
+    events = solved.orbit.events
+    values = {}
     for angle in (0, 90, 180, 270):
         values[f"x_{angle}deg"] = float(place.eccentricity_x[angle])
         values[f"y_{angle}deg"] = float(place.eccentricity_y[angle])
@@ -74,8 +77,10 @@ def worn_bushing(run: Work) -> dict[str, float]:
         contact=cl.winkler(layer_modulus=1e12, restitution=0.5),
         wear=cl.archard(coefficient=1e-13),
     )
-    load, drive = cl.Force(shaft, x=1000.0), cl.Drive(shaft, speed=2.0 * math.pi)
-    scene, values = cl.Scene(joint, load, drive, gravity=(0.0, 0.0), name="shaft"), {}
+    load = cl.Force(shaft, x=1000.0)
+    drive = cl.Drive(shaft, speed=2.0 * math.pi)
+    scene = cl.Scene(joint, load, drive, gravity=(0.0, 0.0), name="shaft")
+    values = {}
     for turns in (10, 100, 1000):
         with tempfile.TemporaryDirectory() as folder:
             life = cl.wear(scene, turns=turns, directory=folder, settle=0, average=1)
@@ -87,7 +92,8 @@ def worn_bushing(run: Work) -> dict[str, float]:
 def ball_joint(run: Work) -> dict[str, float]:
     tilt = {"kinetic": 2.0, "static": 2.5, "stribeck_speed": 0.05, "stiffness": 1000.0}
     spin = {"kinetic": 1.5, "static": 1.8, "stribeck_speed": 0.08, "stiffness": 700.0}
-    tilt, spin = tilt | {"damping": 1.0, "viscous": 0.05}, spin | {"damping": 0.8, "viscous": 0.04}
+    tilt |= {"damping": 1.0, "viscous": 0.05}
+    spin |= {"damping": 0.8, "viscous": 0.04}
     groups = {"tilt": tilt, "spin": spin}
     numbers = {f"{g}_{name}": v for g, group in groups.items() for name, v in group.items()}
     solved = []

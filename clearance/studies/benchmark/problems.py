@@ -34,7 +34,8 @@ def benchmark(name: str | int, against: str | Path | None = None, *, rtol: float
     if against is not None:
         values, unknown = foreign(against, rows)
         return Answer(name, compared(rows, values), unknown=tuple(unknown))
-    work, began = Work(checks.positive("rtol", rtol)), time.perf_counter()
+    work = Work(checks.positive("rtol", rtol))
+    began = time.perf_counter()
     with warnings.catch_warnings():  # the laws are those of the statement
         warnings.simplefilter("ignore", RunWarning)
         values = PROBLEMS[name].values(work)
