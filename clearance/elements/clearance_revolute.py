@@ -129,7 +129,9 @@ class ClearanceRevolute(ClearanceJoint):
         self._check_slots(label)
         self._determine(*SLOTS)
         if self.outline is None and (self.wear or self.wear_journal):
-            self._set("outline", self._unworn())
+            from clearance.laws.outline import worn
+
+            self._set("outline", worn())
         if self.outline is not None and self.film and self.film.law.family is memory_film:
             settings = dict(self.film.settings) | dict(self.outline.settings)
             self._set("film", replace(self.film, settings=tuple(settings.items())))
@@ -248,12 +250,6 @@ class ClearanceRevolute(ClearanceJoint):
         if self.roughness is not None and self.clearance > FINEST * self.roughness:
             least = f"{self.clearance / FINEST:.3g} m (clearance / {FINEST:g})"
             raise ValueError(f"{law} needs a roughness from {least} on, got {self.roughness:g} m")
-
-    @staticmethod
-    def _unworn() -> BoundLaw:
-        from clearance.laws.outline import worn
-
-        return worn()
 
     def _check_beside(self, label: str, slot: str, kind: str, *needed: str) -> None:
         missing = [n for n in needed if getattr(self, n) is None]

@@ -318,13 +318,17 @@ class Journal:
     def _touch(self, normal) -> None:
         """The normal load of solids, and friction."""
         joint = self.joint
-        if joint.film is not None:
-            text = "share of asperities and contact in the load of film, asperities and contact"
-            self.show("asperity_share", "1", text, normal / (normal + self._film_load()))
+        self._show_share(normal)
         tangential = 0.0
         if joint.friction is not None:
             tangential = self._rub(normal)
         self._add(self.vector(-normal, tangential), 0.0, 0.0)
+
+    def _show_share(self, normal) -> None:
+        """What the solids carry, beside a film."""
+        if self.joint.film is not None:
+            text = "share of asperities and contact in the load of film, asperities and contact"
+            self.show("asperity_share", "1", text, normal / (normal + self._film_load()))
 
     def _sliding(self) -> tuple:
         """Sliding speed of the journal's surface in the bearing, and the arms of bearing and

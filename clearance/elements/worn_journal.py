@@ -171,13 +171,10 @@ class WornJournal(Journal):
         return fx, fy, load
 
     def _show(self, normal) -> None:
-        joint = self.joint
         self.show("contact_force", "N", "normal contact force", self.contact_force)
         text = "normal load, integral of the solids' pressure: at least their force"
         self.show("normal_load", "N", text, normal)
-        if joint.film is not None:
-            text = "share of asperities and contact in the load of film, asperities and contact"
-            self.show("asperity_share", "1", text, normal / (normal + self._film_load()))
+        self._show_share(normal)
         text = "sliding speed of the journal's surface in the bearing"
         self.show("sliding_speed", "m/s", text, self._sliding()[0])
 

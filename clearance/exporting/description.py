@@ -11,19 +11,14 @@ from clearance.values.spots import CONTACT
 from clearance.version import VERSION
 
 #: exponents of units, by the names of base units in FMI
-BASES = {
-    "m": {"m": 1},
-    "kg": {"kg": 1},
-    "s": {"s": 1},
-    "A": {"A": 1},
-    "K": {"K": 1},
-    "rad": {"rad": 1},
-    "N": {"kg": 1, "m": 1, "s": -2},
-    "Pa": {"kg": 1, "m": -1, "s": -2},
-    "J": {"kg": 1, "m": 2, "s": -2},
-    "W": {"kg": 1, "m": 2, "s": -3},
-    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
-    "Ohm": {"kg": 1, "m": 2, "s": -3, "A": -2},
+BASES = ("m", "kg", "s", "A", "K", "rad")
+MADE = {
+    "N": "kg m s-2",
+    "Pa": "kg m-1 s-2",
+    "J": "kg m2 s-2",
+    "W": "kg m2 s-3",
+    "V": "kg m2 s-3 A-1",
+    "Ohm": "kg m2 s-3 A-2",
 }
 #: variables of the stepper: name, what it is, whether it is a parameter
 STEPPER = (
@@ -51,10 +46,11 @@ def base_unit(unit: str) -> dict[str, int] | None:
             match = re.fullmatch(r"([A-Za-z]+)(-?\d*)", factor)
             if factor in ("1", "-"):
                 continue
-            if match is None or match[1] not in BASES:
+            if match is None or match[1] not in (*BASES, *MADE):
                 return None
             power = sign * int(match[2] or 1)
-            for base, exponent in BASES[match[1]].items():
+            parts = base_unit(MADE[match[1]]) if match[1] in MADE else {match[1]: 1}
+            for base, exponent in parts.items():
                 exponents[base] = exponents.get(base, 0) + power * exponent
     return {base: e for base, e in exponents.items() if e}
 

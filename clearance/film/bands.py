@@ -486,8 +486,8 @@ class FastFilm:
         ).reshape(-1, 4)
         self._scales = np.array(bearing.scales)
 
-    def _film(self, eccentricity_ratio: float, radial_rate: float, entrainment: float):
-        eps, vr, vt = check_state(eccentricity_ratio, radial_rate, entrainment)
+    def _film(self, *motion: float):
+        eps, vr, vt = check_state(*motion)
         b = self.bearing
         solved = film(
             *self.mesh,
@@ -504,18 +504,16 @@ class FastFilm:
         check_settled(solved[1])
         return solved
 
-    def outputs(
-        self, eccentricity_ratio: float, radial_rate: float, entrainment: float
-    ) -> np.ndarray:
+    def outputs(self, *motion: float) -> np.ndarray:
         """radial, tangential [N], shear, side flow [m3/s]."""
-        return self._film(eccentricity_ratio, radial_rate, entrainment)[0] * self._scales
+        return self._film(*motion)[0] * self._scales
 
-    def linearised(
-        self, eccentricity_ratio: float, radial_rate: float, entrainment: float
-    ) -> np.ndarray:
-        """Outputs and their slopes by the three arguments, (4, 4), from forward differences."""
-        state = np.array([eccentricity_ratio, radial_rate, entrainment])
-        speed = math.hypot(radial_rate, 0.5 * entrainment) + 1e-9
+    def linearised(self, *motion: float) -> np.ndarray:
+        """Outputs and their slopes by the three numbers of a motion (eccentricity ratio, radial
+        rate, entrainment), (4, 4), from forward differences.
+        """
+        state = np.array(motion)
+        speed = math.hypot(motion[1], 0.5 * motion[2]) + 1e-9
         here, columns = self.outputs(*state), []
         for k, step in enumerate(
             (min(DIFFERENCE, 0.5 * (CONTACT - state[0])), DIFFERENCE * speed, DIFFERENCE * speed)
@@ -525,13 +523,9 @@ class FastFilm:
             columns.append((self.outputs(*moved) - here) / step)
         return np.column_stack([here, *columns])
 
-    def solve(
-        self, eccentricity_ratio: float, radial_rate: float, entrainment: float
-    ) -> FilmSolution:
+    def solve(self, *motion: float) -> FilmSolution:
         """Fields and outputs in one state."""
-        best, solutions, pressure, state, theta, zeta = self._film(
-            eccentricity_ratio, radial_rate, entrainment
-        )
+        best, solutions, pressure, state, theta, zeta = self._film(*motion)
         forward = np.argsort(theta % (2.0 * math.pi))
         end = np.zeros((len(theta), 1))
         pressure = np.hstack([pressure, end])[forward] * self.bearing.pressure_scale
@@ -543,7 +537,7 @@ class FastFilm:
             np.append(zeta, 0.5) * self.bearing.length,
             pressure,
             wet.astype(float),
-            *(float(x) for x in best * self._scales),
+            *(best * self._scales).tolist(),
             solutions,
             state.size,
         )

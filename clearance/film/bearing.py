@@ -106,11 +106,7 @@ class Bearing:
     def __post_init__(self):
         for name in ("radius", "clearance", "length", "viscosity"):
             object.__setattr__(self, name, checks.positive(f"bearing: {name}", getattr(self, name)))
-        if self.cavitation not in CAVITATIONS:
-            raise ValueError(
-                f"bearing: cavitation must be one of {', '.join(CAVITATIONS)}; got "
-                f"{self.cavitation!r}"
-            )
+        checks.one_of("bearing: cavitation", self.cavitation, CAVITATIONS)
         if self.ambient is not None:
             checks.non_negative("bearing: ambient", self.ambient)
         if self.clearance >= self.radius:
@@ -258,18 +254,12 @@ def check_state(
 
 def check_drag(field: str, drag: str) -> str:
     """A drag, one of DRAGS."""
-    if drag not in DRAGS:
-        raise ValueError(f"{field}: drag must be one of {', '.join(DRAGS)}; got {drag!r}")
-    return drag
+    return checks.one_of(f"{field}: drag", drag, DRAGS)
 
 
 def check_nodes(field: str, nodes: int) -> int:
     """Nodes of a table each way."""
-    if not isinstance(nodes, int) or not 5 <= nodes <= LARGEST:
-        raise ValueError(
-            f"{field}: nodes must be a whole number from 5 to {LARGEST}, got {nodes!r}"
-        )
-    return nodes
+    return checks.whole(f"{field}: nodes", nodes, 5, LARGEST)
 
 
 def load_error(cells: int, eccentricity_ratio: float, slenderness: float) -> float:

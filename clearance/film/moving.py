@@ -482,10 +482,12 @@ class MovingFilm:
         self.responses = None
         self.state = None
 
-    def _settled(self, eccentricity_ratio: float, radial_rate: float, entrainment: float):
-        """State and terms of a motion, its pressure settled."""
-        eps, rate, _ = check_state(eccentricity_ratio, radial_rate, entrainment)
-        state = np.array([eps, rate, float(entrainment)])
+    def _settled(self, *motion: float):
+        """State and terms of a motion (eccentricity ratio, radial rate, entrainment), its pressure
+        settled.
+        """
+        check_state(*motion)
+        state = np.array(motion, float)
         terms = terms_of(state, self.grid)
         if self.responses is not None:
             for moved, response in zip(state - self.state, self.responses, strict=True):
@@ -504,18 +506,14 @@ class MovingFilm:
         self.fresh, self.state = False, state
         return state, terms
 
-    def outputs(
-        self, eccentricity_ratio: float, radial_rate: float, entrainment: float
-    ) -> np.ndarray:
+    def outputs(self, *motion: float) -> np.ndarray:
         """radial, tangential [N], shear, side flow [m3/s]."""
-        _, terms = self._settled(eccentricity_ratio, radial_rate, entrainment)
+        _, terms = self._settled(*motion)
         return measures(self.pressure, terms, self.grid) * self.scales
 
-    def linearised(
-        self, eccentricity_ratio: float, radial_rate: float, entrainment: float
-    ) -> np.ndarray:
-        """Outputs and their slopes by the three arguments, (4, 4): exact ones."""
-        state, terms = self._settled(eccentricity_ratio, radial_rate, entrainment)
+    def linearised(self, *motion: float) -> np.ndarray:
+        """Outputs and their slopes by the three numbers of a motion, (4, 4): exact ones."""
+        state, terms = self._settled(*motion)
         slopes, self.responses = slopes_of(state, self.pressure, terms, self.grid, self.factors)
         return slopes * self.scales[:, None]
 
@@ -530,28 +528,23 @@ class MovingFilm:
         finer = math.ceil(cells * math.sqrt(error / DOUBTFUL) / 8.0) * 8
         return too_coarse(cells, at(eccentricity_ratio), error, finer)
 
-    def solve(
-        self, eccentricity_ratio: float, radial_rate: float, entrainment: float
-    ) -> FilmSolution:
+    def solve(self, *motion: float) -> FilmSolution:
         """Fields and outputs in one state; theta in growing order."""
         before = self.corrections
-        state, terms = self._settled(eccentricity_ratio, radial_rate, entrainment)
+        state, terms = self._settled(*motion)
         measured = measures(self.pressure, terms, self.grid) * self.scales
         shown, wet = seen(self.pressure, terms, self.grid)
         shown = self._pressed(shown)
         u = self.nodes
-        theta = (u + _clustering(eccentricity_ratio) * self.grid.moves * np.sin(u)) % TURN
+        theta = (u + _clustering(state[0]) * self.grid.moves * np.sin(u)) % TURN
         order = np.argsort(theta)
         return FilmSolution(
-            bearing=self.bearing,
-            theta=theta[order],
-            axial=self.zeta * self.bearing.length,
-            pressure=shown[order] * self.bearing.pressure_scale,
-            content=np.clip(wet[order], 0.0, 1.0),
-            radial=float(measured[0]),
-            tangential=float(measured[1]),
-            shear=float(measured[2]),
-            side_flow=float(measured[3]),
+            self.bearing,
+            theta[order],
+            self.zeta * self.bearing.length,
+            shown[order] * self.bearing.pressure_scale,
+            np.clip(wet[order], 0.0, 1.0),
+            *measured.tolist(),
             iterations=self.corrections - before,
             unknowns=int(self.grid.free.sum()),
         )

@@ -280,11 +280,7 @@ def _liner_beside_contact(joint, settings):
 
 
 def _memoryless(solver: str, mesh, **settings) -> BoundLaw:
-    if settings["cavitation"] not in CAVITATIONS[:3]:
-        raise ValueError(
-            f"{solver}_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got "
-            f"{settings['cavitation']!r}"
-        )
+    checks.one_of(f"{solver}_film: cavitation", settings["cavitation"], CAVITATIONS[:3])
     settings |= {n: kind(settings[n]) for n, kind in (("grooves", tuple), ("flow_factors", bool))}
     return _solved.bind({"solver": solver} | settings | {"mesh": mesh and check_mesh(mesh)})
 

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 from clearance.film.bearing import DRAG, WET, Bearing, FilmSolution, check_drag
+from clearance.values import checks
 
 SOLVERS = ("fast", "fem")
 
@@ -38,24 +39,24 @@ def solve_film(
         (22, 0.6)
     """
     check_drag("solve_film", drag)
+    checks.one_of("solver", solver, ("auto", *SOLVERS))
+    state = eccentricity_ratio, radial_rate, entrainment
+    thickens = bearing.pressure_viscosity > 0.0
     if solver == "auto":
         edged = any(g.width > 0.0 or g.length < 1.0 for g in bearing.grooves)
-        solver = "fem" if edged or bearing.cavitation == "mass_conserving" else "fast"
-    if bearing.pressure_viscosity > 0.0:
-        if solver not in ("auto", "fem"):
-            raise ValueError(f"solver {solver} is isoviscous; fem has a pressure_viscosity")
+        needs_fem = edged or thickens or bearing.cavitation == "mass_conserving"
+        solver = "fem" if needs_fem else "fast"
+    if thickens:
+        if solver == "fast":
+            raise ValueError("solver fast is isoviscous; fem has a pressure_viscosity")
         from clearance.film.moving import MovingFilm
 
-        state = eccentricity_ratio, radial_rate, entrainment
         return MovingFilm(bearing, mesh or (64, 8), drag).solve(*state)
     if solver == "fast":
         from clearance.film.bands import solve
-    elif solver == "fem":
-        from clearance.film.fem import solve
     else:
-        raise ValueError(f"solver must be one of auto, {', '.join(SOLVERS)}; got {solver!r}")
-    state = (bearing, eccentricity_ratio, radial_rate, entrainment)
-    solution = solve(*state) if mesh is None else solve(*state, mesh)
+        from clearance.film.fem import solve
+    solution = solve(bearing, *state) if mesh is None else solve(bearing, *state, mesh)
     if drag == WET:
         return solution
     return replace(solution, shear=2.0 * math.pi / math.sqrt(1.0 - eccentricity_ratio**2))

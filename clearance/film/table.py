@@ -156,11 +156,7 @@ class Key(Inputs):
 
     def __post_init__(self):
         super().__post_init__()
-        if self.cavitation not in CAVITATIONS[:3]:
-            raise ValueError(
-                f"film table: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got "
-                f"{self.cavitation!r}"
-            )
+        checks.one_of("film table: cavitation", self.cavitation, CAVITATIONS[:3])
         check_nodes("film table", self.nodes)
         check_mesh(self.mesh)
 

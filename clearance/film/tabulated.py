@@ -207,11 +207,7 @@ def table_film(
         second or two, with ambient pressure some fifteen) and stored on disk by L/D and options.
     Raises ValueError for options that do not go together.
     """
-    if cavitation not in CAVITATIONS[:3]:
-        raise ValueError(
-            f"table_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got "
-            f"{cavitation!r}"
-        )
+    checks.one_of("table_film: cavitation", cavitation, CAVITATIONS[:3])
     check_nodes("table_film", nodes)
     mesh = check_mesh(mesh if mesh is not None else (96, 12) if ambient is None else (64, 8))
     settings = {

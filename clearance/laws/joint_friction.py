@@ -193,17 +193,19 @@ def breakaway_smooth(rate, load, breakaway, coulomb, viscous=0.0, breakaway_rate
     return -hump - coulomb * math.tanh(10.0 * rate / breakaway_rate) - viscous * rate
 
 
-@joint_bristle(
-    static=positive,
-    kinetic=positive,
-    stribeck_rate=positive,
-    stiffness=positive,
-    damping=non_negative,
-    viscous=non_negative,
-    exponent=at_least_one,
-    needs_load=False,
-    size=_elastic_reach,
-)
+_LUGRE = {
+    "static": positive,
+    "kinetic": positive,
+    "stribeck_rate": positive,
+    "stiffness": positive,
+    "damping": non_negative,
+    "viscous": non_negative,
+    "exponent": at_least_one,
+    "size": _elastic_reach,
+}
+
+
+@joint_bristle(**_LUGRE, needs_load=False)
 def joint_lugre(
     deflection,
     rate,
@@ -234,16 +236,7 @@ def joint_lugre(
     return bending, -(stiffness * deflection + damping * bending + viscous * rate)
 
 
-@joint_bristle(
-    static=positive,
-    kinetic=positive,
-    stribeck_rate=positive,
-    stiffness=positive,
-    damping=non_negative,
-    viscous=non_negative,
-    exponent=at_least_one,
-    size=_elastic_reach,
-)
+@joint_bristle(**_LUGRE)
 def joint_lugre_loaded(
     deflection,
     rate,

@@ -87,14 +87,9 @@ def _unusual(coefficient: float, joint) -> str | None:
 
 
 @archard.doubts
-def _archard_severe(joint, parameters):
-    """Archard's coefficient against the material."""
-    return _unusual(parameters["coefficient"], joint)
-
-
 @sarkar.doubts
-def _sarkar_severe(joint, parameters):
-    """Sarkar's coefficient against the material."""
+def _severe(joint, parameters):
+    """The coefficient against the material."""
     return _unusual(parameters["coefficient"], joint)
 
 

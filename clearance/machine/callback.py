@@ -83,6 +83,3 @@ def answered(data, start, wanted, inputs, outputs):
 
 
 answered.answers = True  # not read as source text
-
-
-__all__ = ["KEEP", "SLOPES", "VALUE", "Callback", "answered"]

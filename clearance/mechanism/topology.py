@@ -104,9 +104,6 @@ class Sharing:
         return reached
 
 
-__all__ = ["Sharing"]
-
-
 @dataclass(frozen=True)
 class Coordinate:
     """One scalar of the plan. source: "free" (independent), "drive" (prescribed) or "unknown"
@@ -449,6 +446,3 @@ def _simple(joint) -> bool:
     if joint.turns:
         return joint.free == (ALONG,)
     return _hinge(joint)
-
-
-__all__ = ["Attachment", "Coordinate", "Group", "Plan", "closed_plan", "cut_plan"]

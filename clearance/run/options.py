@@ -53,10 +53,7 @@ class Solver:
             checks.positive("max_step", self.max_step)
         if not FINEST <= self.rtol <= 0.1:
             raise ValueError(f"rtol must lie in [1e-14, 0.1], got {self.rtol!r}")
-        if self.method not in ("auto", "radau", *METHODS):
-            raise ValueError(
-                f"method must be one of auto, radau, {', '.join(METHODS)}; got {self.method!r}"
-            )
+        checks.one_of("method", self.method, ("auto", "radau", *METHODS))
 
 
 @dataclass(frozen=True)

@@ -84,6 +84,20 @@ GRIP = 10.0
 SLIP = 0.2  # at the breakdown torque of an induction motor
 VOLTAGE = 24.0  # of a direct current motor [V]
 ELECTRIC = 0.1  # its electric time constant, over the mechanism's
+
+
+def _dc_motor(slope: float, speed: float, inertia: float) -> laws.BoundLaw:
+    """A motor of VOLTAGE with this slope of torque over speed."""
+    constant = VOLTAGE / abs(speed)
+    resistance = constant**2 / slope
+    return laws.dc_motor(
+        voltage=math.copysign(VOLTAGE, speed),
+        resistance=resistance,
+        inductance=ELECTRIC * resistance * inertia / slope,
+        constant=constant,
+    )
+
+
 #: name -> the law for a slope of torque over speed D [N m s/rad], a speed w and an inertia J. The
 #: integral of pi has the time of a turn, the others idle at w.
 DRIVES: dict[str, Callable] = {
@@ -92,7 +106,7 @@ DRIVES: dict[str, Callable] = {
     ),
     "motor": lambda d, w, j: laws.motor_line(stall=d * abs(w), no_load=w),
     "kloss": lambda d, w, j: laws.kloss(breakdown=d * abs(w) * SLIP, slip=SLIP, synchronous=w),
-    "dc": lambda d, w, j: _dc_motor(d, w, j),
+    "dc": _dc_motor,
 }
 #: friction of joints without clearance
 JOINT_FRICTIONS = ("none", "coulomb", "stribeck")
@@ -190,18 +204,6 @@ def joint_names(joints: str | Collection[str], candidates: Collection[str]) -> t
             f"joints: name at least one of {', '.join(candidates)}, or choose model=ideal"
         )
     return names
-
-
-def _dc_motor(slope: float, speed: float, inertia: float) -> laws.BoundLaw:
-    """A motor of VOLTAGE with this slope of torque over speed."""
-    constant = VOLTAGE / abs(speed)
-    resistance = constant**2 / slope
-    return laws.dc_motor(
-        voltage=math.copysign(VOLTAGE, speed),
-        resistance=resistance,
-        inductance=ELECTRIC * resistance * inertia / slope,
-        constant=constant,
-    )
 
 
 def crank_drive(

@@ -134,29 +134,18 @@ def _read_by(steps: list, ends: Iterable, operands: Callable) -> list:
 def _leaving(steps: list, ends: Iterable, operands: Callable) -> list[Scalar]:
     """Values that are computed inside a branch and read outside of it, in order."""
     place: dict[Scalar, tuple] = {}
+    reads = [(n, ()) for n in ends]
 
     def placed(inner: list, path: tuple) -> None:
         for k, step in enumerate(inner):
             if isinstance(step, Branch):
+                reads.append((step.condition, path))
                 placed(step.then, (*path, (k, True)))
                 placed(step.otherwise, (*path, (k, False)))
             else:
                 place[step] = path
+                reads.extend((n, path) for n in operands(step))
 
     placed(steps, ())
-    reads = [(n, path) for user, path in place.items() for n in operands(user)]
-    reads += [(n, ()) for n in ends]
     leaving = {n for n, p in reads if n in place and p[: len(place[n])] != place[n]}
-    conditions = _conditions(steps, ())
-    leaving |= {n for n, p in conditions if p[: len(place.get(n, ()))] != place.get(n, ())}
     return sorted(leaving, key=lambda n: n.index)
-
-
-def _conditions(steps: list, path: tuple) -> list[tuple]:
-    conditions: list[tuple] = []
-    for k, step in enumerate(steps):
-        if isinstance(step, Branch):
-            conditions.append((step.condition, path))
-            conditions += _conditions(step.then, (*path, (k, True)))
-            conditions += _conditions(step.otherwise, (*path, (k, False)))
-    return conditions

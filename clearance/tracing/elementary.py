@@ -11,6 +11,7 @@ Microsystems) for the logarithm.
 """
 
 import math
+from collections.abc import Callable
 
 import llvmlite.ir as ir
 
@@ -67,6 +68,15 @@ ROOT_HALF = 0x3FE6A09E667F3BCD  # bits of sqrt(1/2)
 ONE = 0x3FF0000000000000
 
 
+def _operator(name: str) -> Callable:
+    """An operator of two numbers: an instruction."""
+
+    def method(self, other):
+        return self.lanes.binary(name, self, other)
+
+    return method
+
+
 class Number:
     """W numbers with the operators of Python."""
 
@@ -75,25 +85,11 @@ class Number:
     def __init__(self, lanes: "Functions", value: ir.Value):
         self.lanes, self.value = lanes, value
 
-    def __add__(self, other):
-        return self.lanes.binary("fadd", self, other)
-
-    def __radd__(self, other):
-        return self.lanes.binary("fadd", other, self)
-
-    def __sub__(self, other):
-        return self.lanes.binary("fsub", self, other)
+    __add__, __sub__, __mul__, __truediv__ = map(_operator, ("fadd", "fsub", "fmul", "fdiv"))
+    __radd__, __rmul__ = __add__, __mul__
 
     def __rsub__(self, other):
         return self.lanes.binary("fsub", other, self)
-
-    def __mul__(self, other):
-        return self.lanes.binary("fmul", self, other)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other):
-        return self.lanes.binary("fdiv", self, other)
 
     def __neg__(self):
         return Number(self.lanes, self.lanes.build.fneg(self.value))

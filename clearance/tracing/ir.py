@@ -187,7 +187,7 @@ class Lowering:
             return value
         args = [self.value(a) for a in node.args]
         if op in ARITHMETIC:
-            return self.arithmetic(ARITHMETIC[op], args)
+            return getattr(build, ARITHMETIC[op])(*args)
         if op in ORDERED:
             return build.fcmp_ordered(ORDERED[op], *args)
         if op == "ne":
@@ -212,9 +212,6 @@ class Lowering:
                 fma = self.external(f"llvm.fma.{self.suffix}", self.kind, 3)
                 return self.builder.call(fma, [a, b, c])
         return None
-
-    def arithmetic(self, name: str, args: list[ir.Value]) -> ir.Value:
-        return getattr(self.builder, name)(*args)
 
     def lookup(self, node: Scalar) -> ir.Value:
         """The numbers of the parameters at the indices of the lanes."""

@@ -99,14 +99,10 @@ class Column(float):
     __eq__ = _comparison(operator.eq)
     __ne__ = _comparison(operator.ne)
     __hash__ = float.__hash__
-    __int__ = _refused("the integer")
-    __trunc__ = _refused("the integer")
-    __round__ = _refused("rounding")
-    __floor__ = _refused("rounding")
-    __ceil__ = _refused("rounding")
+    __int__ = __trunc__ = _refused("the integer")
+    __round__ = __floor__ = __ceil__ = _refused("rounding")
     __format__ = _refused("the text")
-    __mod__ = _refused("the remainder")
-    __floordiv__ = _refused("the remainder")
+    __mod__ = __floordiv__ = _refused("the remainder")
 
     @staticmethod
     def each(function: Callable, numbers: tuple) -> "Column":

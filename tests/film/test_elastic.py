@@ -297,3 +297,9 @@ class TestOil:
             _ = states.bearing(viscosity=1e-5, pressure_viscosity=1e-8, roelands=True).oil
         with pytest.raises(ValueError, match="isoviscous"):
             solve_film(states.bearing(pressure_viscosity=1e-8), 0.5, 0.0, 1.0, solver="fast")
+
+    def test_automatic_solver(self):
+        """An oil that thickens is solved by the solver that has it, without being told."""
+        thick = states.bearing(pressure_viscosity=1e-8)
+        loads = [solve_film(thick, 0.5, 0.0, 1.0, solver=s).load for s in ("auto", "fem")]
+        assert loads[0] == loads[1]
