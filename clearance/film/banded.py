@@ -24,7 +24,9 @@ def factorise(factors):
     A border that holds right-hand sides holds then what `backward` takes.
     """
     band, border, corner = factors
-    count, reach, inner = band.shape[0], band.shape[1] - 1, corner.shape[0]
+    count = band.shape[0]
+    reach = band.shape[1] - 1
+    inner = corner.shape[0]
     for p in range(count):
         scale = 1.0 / math.sqrt(band[p, 0])
         for k in range(reach + 1):
@@ -70,7 +72,9 @@ def backward(factors, x):
 def substitute(factors, x):
     """Solve with Cholesky factors in place; x in their order."""
     band, border, corner = factors
-    count, reach, inner = band.shape[0], band.shape[1] - 1, corner.shape[0]
+    count = band.shape[0]
+    reach = band.shape[1] - 1
+    inner = corner.shape[0]
     last = count + reach
     for p in range(count):
         here = x[p] / band[p, 0]

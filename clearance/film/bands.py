@@ -105,18 +105,21 @@ def around(places, eps, clustering, thickness):
     cells = np.zeros((7, count))
     s = math.sqrt(1.0 - clustering * clustering)
     for j in range(count):
-        resistance, step = 0.0, places[j + 1] - places[j]
+        resistance = 0.0
+        step = places[j + 1] - places[j]
         for half in range(2):
             cell = (j + half) % count
             for q in range(4):
                 g = places[j] + 0.5 * step * (half + NODES[q])
                 stretch = 1.0 - clustering * math.cos(g)
-                c, sine = (math.cos(g) - clustering) / stretch, s * math.sin(g) / stretch
+                c = (math.cos(g) - clustering) / stretch
+                sine = s * math.sin(g) / stretch
                 weight = 0.5 * step * WEIGHTS[q] * s / stretch
                 h = 1.0 + eps * c
                 phi, psi = 1.0, 1.0
                 if thickness > 0.0:
-                    phi, psi = flow_factor(h * thickness), contact_factor(h * thickness)
+                    phi = flow_factor(h * thickness)
+                    psi = contact_factor(h * thickness)
                 cube = phi * h * h * h
                 resistance += weight / cube
                 cells[CUBE, cell] += weight * cube
@@ -137,7 +140,9 @@ def along(count, axial, eps):
     Denser towards the end, where near contact the pressure falls to ambient over a layer of
     sqrt(1 - eps) R.
     """
-    zeta, width, link = np.empty(count), np.empty(count), np.empty(count)
+    zeta = np.empty(count)
+    width = np.empty(count)
+    link = np.empty(count)
     face = 0.0
     layers = 1.0 / math.sqrt(axial * max(1.0 - eps, 1e-5))
     grading = min(max(0.5 * math.log(layers) + 0.8, 0.5), 2.5)
@@ -159,7 +164,10 @@ def long_minimum(cells, source):
         flow += source[j]
         weighted += flow / cells[CONDUCTANCE, j]
         resistance += 1.0 / cells[CONDUCTANCE, j]
-    flow, pressure, lowest, place = -weighted / resistance, 0.0, 0.0, 0
+    flow = -weighted / resistance
+    pressure = 0.0
+    lowest = 0.0
+    place = 0
     for j in range(count):
         flow += source[j]
         pressure += flow / cells[CONDUCTANCE, j]
@@ -194,7 +202,8 @@ def assemble(band, x, balance, pressure, state, block):
         for k in range(rows):
             i = block[j] * rows + k
             if state[j, k] != WET:
-                band[i, 0], x[i, 0] = 1.0, pressure[j, k]
+                band[i, 0] = 1.0
+                x[i, 0] = pressure[j, k]
                 continue
             x[i, 0] = -source[j] * width[k]
             for other, row, weight in (
@@ -217,7 +226,9 @@ def surplus(balance, pressure, j, k):
     """Flow that a dry node would have to push out; negative where the node fills."""
     cells, width, link, source = balance
     count, rows = pressure.shape
-    p, before, after = pressure[j, k], (j - 1) % count, (j + 1) % count
+    p = pressure[j, k]
+    before = (j - 1) % count
+    after = (j + 1) % count
     out = cells[CONDUCTANCE, j] * (p - pressure[after, k]) + cells[CONDUCTANCE, before] * (
         p - pressure[before, k]
     )
@@ -237,7 +248,8 @@ def settle(balance, lowest, pressure, state, cut):
     block, blocks = order(count, cut)
     reach = blocks * rows
     size = count * rows
-    band, x = np.empty((size, reach + 1)), np.empty((size + reach, 1))
+    band = np.empty((size, reach + 1))
+    x = np.empty((size + reach, 1))
     for done in range(1, MOST_CHANGES):
         assemble(band, x, balance, pressure, state, block)
         factorise(Factors(band, x, np.ones((1, 1))))  # the right-hand side as a border
@@ -276,10 +288,10 @@ def measures(balance, lowest, pressure, state):
         total, wet, last = 0.0, 0.0, rows - 1
         for k in range(rows):
             total += pressure[j, k] * width[k]
-            if state[j, k] == WET or state[j, k] == GIVEN:
+            if state[j, k] in (WET, GIVEN):
                 wet += width[k]
         # the end itself is at ambient pressure
-        if lowest < 0.0 or state[j, last] == WET or state[j, last] == GIVEN:
+        if lowest < 0.0 or state[j, last] in (WET, GIVEN):
             wet += end
             integrals[3] += max(
                 cells[CUBE, j] * link[last] * pressure[j, last] - source[j] * end, 0.0
@@ -297,7 +309,9 @@ def mark(theta, zeta, grooves, pressure, state):
     nearest to it.
     """
     for g in range(grooves.shape[0]):
-        angle, width, length = grooves[g, 0], grooves[g, 1], grooves[g, 2]
+        angle = grooves[g, 0]
+        width = grooves[g, 1]
+        length = grooves[g, 2]
         nearest, column = 1e9, 0
         for j in range(theta.size):
             distance = abs((theta[j] - angle + math.pi) % (2.0 * math.pi) - math.pi)
@@ -308,7 +322,8 @@ def mark(theta, zeta, grooves, pressure, state):
             if j == column or distance <= 0.5 * width:
                 for k in range(zeta.size):
                     if zeta[k] <= 0.5 * length:
-                        state[j, k], pressure[j, k] = GIVEN, grooves[g, 3]
+                        state[j, k] = GIVEN
+                        pressure[j, k] = grooves[g, 3]
 
 
 @compiled
@@ -373,7 +388,8 @@ def on_grid(
     zeta, width, link = along(rows, axial, eps)
     source = vr * cells[RADIAL] + vt * cells[TURNING]
     balance = Balance(cells, width, link, source)
-    pressure, state = np.zeros((count, rows)), np.zeros((count, rows), np.int64)
+    pressure = np.zeros((count, rows))
+    state = np.zeros((count, rows), np.int64)
     mark(theta, zeta, grooves, pressure, state)
     if cavitation == REYNOLDS:
         cut = start(cells, source, lowest, pressure, state, coarse)
@@ -477,7 +493,8 @@ class FastFilm:
             raise ValueError(
                 f"the fast solver has the cavitation {', '.join(CODES)}, not {bearing.cavitation}"
             )
-        self.bearing, self.mesh = bearing, check_mesh(mesh)
+        self.bearing = bearing
+        self.mesh = check_mesh(mesh)
         self._grooves = np.array(
             [
                 (g.angle, g.width, g.length, g.pressure / bearing.pressure_scale)

@@ -107,7 +107,11 @@ def looked_up(data, start, y, angle, taus=()):
 
     taus: of a table with layers over tau, one tau; else none.
     """
-    last, per_y, layers, k, q = int(data[start + 1]) - 2, data[start + 2], 1, 0, ALONE
+    last = int(data[start + 1]) - 2
+    per_y = data[start + 2]
+    layers = 1
+    k = 0
+    q = ALONE
     i, t = cell(y * per_y, last)
     j, u = cell(angle * data[start + 3], last)
     size = data[start]
@@ -131,7 +135,10 @@ def looked_up(data, start, y, angle, taus=()):
 
 def looked_up_flow(data, start, y, angle, taus=()):
     """The spline of the side flow, q, at y, alpha in [0, pi] and tau, as in `looked_up`."""
-    last, layers, k, q = int(data[start + 7]) - 2, 1, 0, ALONE
+    last = int(data[start + 7]) - 2
+    layers = 1
+    k = 0
+    q = ALONE
     i, t = cell(y * data[start + 8], last)
     j, u = cell(angle * data[start + 9], last)
     for tau in taus:

@@ -60,7 +60,9 @@ def strip(left, right, tau):
 @compiled
 def add_half(cells, j, left, right, tau):
     """Integrals of one and of X, H^3 and 1/H over half a cell."""
-    h, after, step = 1.0 + tau * left, 1.0 + tau * right, right - left
+    h = 1.0 + tau * left
+    after = 1.0 + tau * right
+    step = right - left
     cells[bands.CUBE, j] += 0.25 * step * (h + after) * (h * h + after * after)
     cells[bands.COS, j] += step
     cells[bands.SIN, j] += 0.5 * step * (left + right)
@@ -73,7 +75,8 @@ def on_grid(count, rows, tau, axial, cosine, sine, coarse):
     cells = columns(count, tau)
     _, width, link = bands.along(rows, axial, 0.0)
     source = cosine * cells[bands.COS] + sine * cells[bands.SIN]
-    pressure, state = np.zeros((count, rows)), np.zeros((count, rows), np.int64)
+    pressure = np.zeros((count, rows))
+    state = np.zeros((count, rows), np.int64)
     state[0] = bands.GIVEN
     cut = bands.start(cells, source, 0.0, pressure, state, coarse)
     balance = bands.Balance(cells, width, link, source)
@@ -164,10 +167,10 @@ class PadKey(table.Inputs):
         draw = np.random.default_rng(1)
         errors = []
         for _ in range(CHECKS):
-            y, angle = draw.uniform(-TOP, TOP), draw.uniform(-math.pi, math.pi)
-            size = scaled_film(self, y, math.pi)[0]
+            y = draw.uniform(-TOP, TOP)
+            angle = draw.uniform(-math.pi, math.pi)
+            size, _, wet = scaled_film(self, y, math.pi)
             off = np.array(looked_up(numbers, 0, y, angle)) - scaled_film(self, y, angle, FINER)
-            wet = scaled_film(self, y, math.pi)[2]
             errors.append((math.hypot(off[0], off[1]) / size, abs(off[2]) / wet))
         force, shear = np.array(errors).T
         return float(force.max()), float(np.median(force)), float(shear.max())

@@ -204,7 +204,8 @@ class Key(Inputs):
         draw = np.random.default_rng(1)
         errors_here = []
         for first, last, top, mesh in CHECKED * CHECKS:
-            y, angle = draw.uniform(0.0, top), math.pi * draw.uniform(first, last)
+            y = draw.uniform(0.0, top)
+            angle = math.pi * draw.uniform(first, last)
             tau = draw.uniform() if self.layers > 1 else 0.0
             eps = -math.expm1(-y)
             s = math.sqrt(1.0 - eps * eps)
@@ -290,12 +291,13 @@ def layer(key: Key, tau: float, progress) -> tuple[float, np.ndarray]:
         for j, angle in enumerate(angles):
             values[i, j] = scaled_film(key, y, angle, tau, key.mesh)
         progress()
-    cos, sin = each(math.cos, angles), each(math.sin, angles)
+    cos = each(math.cos, angles)
+    sin = each(math.sin, angles)
     values[:, :, 0] += size * cos
     values[:, :, 1] -= size * sin
     slopes = {}
     if not key.fed:
-        values[0, :, 0], values[0, :, 1] = 0.0, 0.0
+        values[0, :, :2] = 0.0
         values[0, :, 2] = values[0, :, 2].mean()  # has no direction to depend on
         slopes = {0: -(a * cos * cos + b * sin * sin), 1: (a - b) * sin * cos}
     spacing = TOP / (nodes - 1)
@@ -341,7 +343,8 @@ def spline(values: np.ndarray, begin, end) -> np.ndarray:
     per spacing.
     """
     n = len(values)
-    matrix, right = np.zeros((n + 2, n + 2)), np.zeros((n + 2, values.shape[1]))
+    matrix = np.zeros((n + 2, n + 2))
+    right = np.zeros((n + 2, values.shape[1]))
     for i in range(n):
         matrix[i, i : i + 3] = 1 / 6, 4 / 6, 1 / 6
     right[:n] = values
@@ -351,7 +354,8 @@ def spline(values: np.ndarray, begin, end) -> np.ndarray:
             matrix[row, at] += np.append(third, 0.0) - np.append(0.0, third)
         elif isinstance(condition, str):
             inner, outer = (2, 0) if row == n else (n - 1, n + 1)
-            matrix[row, outer], matrix[row, inner] = 1.0, -1.0 if condition == "even" else 1.0
+            matrix[row, outer] = 1.0
+            matrix[row, inner] = -1.0 if condition == "even" else 1.0
         else:
             matrix[row, 0], matrix[row, 2] = -0.5, 0.5
             right[row] = condition
