@@ -254,7 +254,7 @@ def assemble(factors, pressure, terms, grid):
     columns = pressure.shape[0]
     inner = pressure.shape[1] - 1
     band, border, corner = factors
-    band[:], border[:], corner[:] = 0.0, 0.0, 0.0
+    band[:] = border[:] = corner[:] = 0.0
     count = band.shape[0]
     for e in range(columns // 2):
         for i in range(3):

@@ -126,7 +126,7 @@ def arc_integrals(eps, gap, start):
     last = sommerfeld_angle(eps, start + math.pi)
     middle = 0.5 * (first + last)
     half = 0.5 * (last - first)
-    j01, j02, j20 = 0.0, 0.0, 0.0
+    j01 = j02 = j20 = 0.0
     for k in range(2 * HALF):
         psi = middle + half * (NODES[k % HALF] if k < HALF else -NODES[k % HALF])
         c = math.cos(psi)
@@ -274,7 +274,7 @@ def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
     s_l = math.sin(at_long) * (1.0 + h_l) / (thick * h_l * h_l)
     middle = 0.5 * (start + end)
     half = 0.5 * (end - start)
-    radial, tangential = 0.0, 0.0
+    radial = tangential = 0.0
     for k in range(2 * HALF):
         node = NODES[k % HALF] if k < HALF else -NODES[k % HALF]
         psi = middle + half * node

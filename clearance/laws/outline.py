@@ -244,9 +244,9 @@ def summed(eccentricity_x, eccentricity_y, angle, joint, data, start, steep):
     slopes = cubic_slope(t)
     bends = cubic_bend(t)
     journal_worn = data[int(start)] != 0.0
-    fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
-    xx, xy, yy, nx, ny = 0.0, 0.0, 0.0, 0.0, 0.0
-    xa, ya, na, aa = 0.0, 0.0, 0.0, 0.0
+    fx = fy = load = moment = 0.0
+    xx = xy = yy = nx = ny = 0.0
+    xa = ya = na = aa = 0.0
     right = overlap(x, y, c, data, bearing, journal, first, weights)
     for cell in range(cells):
         node, left = first + 2 * cell + 1, right

@@ -101,9 +101,9 @@ def summed(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint, data, s
     slopes = cubic_slope(t)
     bends = cubic_bend(t)
     journal_worn = data[int(start)] != 0.0
-    fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
-    xx, xy, yy, nx, ny = 0.0, 0.0, 0.0, 0.0, 0.0
-    xa, ya, na, aa = 0.0, 0.0, 0.0, 0.0
+    fx = fy = load = moment = 0.0
+    xx = xy = yy = nx = ny = 0.0
+    xa = ya = na = aa = 0.0
     for node in range(first, first + 2 * cells):
         g = overlap(x, y, joint.clearance, data, bearing, journal, node, weights)
         p, slope = moment_and_slope(-g / sigma, int(row))

@@ -98,9 +98,9 @@ def summed(motion, angle, lift, joint: FilmJoint, data, start, steep):
     weights = cubic(t)
     slopes = cubic_slope(t)
     bends = cubic_bend(t)
-    fx, fy, shear = 0.0, 0.0, 0.0
-    xx, xy, yx, yy, xa, ya, xl, yl = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    cc, cs, ss, xs, ys, xr, yr = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    fx = fy = shear = 0.0
+    xx = xy = yx = yy = xa = ya = xl = yl = 0.0
+    cc = cs = ss = xs = ys = xr = yr = 0.0
     sx = 0.0
     sy = 0.0
     sa = 0.0
@@ -123,20 +123,14 @@ def summed(motion, angle, lift, joint: FilmJoint, data, start, steep):
             fx += r * cube * c
             fy += r * cube * s
         if steep:
-            sx -= by_gap * c
-            sy -= by_gap * s
-            sa -= by_gap * fall
-            sl += by_gap
+            sx, sy, sa, sl = sx - by_gap * c, sy - by_gap * s, sa - by_gap * fall, sl + by_gap
         if steep and r < 0.0:
             thinner = 3.0 * r * inverse * inverse * by_gap
             by_x = 6.0 * spin * s * cube - thinner * c
             by_y = -6.0 * spin * c * cube - thinner * s
             by_angle = 6.0 * spin * bend * cube - thinner * fall
             by_spin = 6.0 * (x * s - y * c + rise - fall) * cube
-            xx += by_x * c
-            xy += by_y * c
-            yx += by_x * s
-            yy += by_y * s
+            xx, xy, yx, yy = xx + by_x * c, xy + by_y * c, yx + by_x * s, yy + by_y * s
             xa += by_angle * c
             ya += by_angle * s
             xl += thinner * c
@@ -144,10 +138,7 @@ def summed(motion, angle, lift, joint: FilmJoint, data, start, steep):
             cc -= 12.0 * cube * c * c
             cs -= 12.0 * cube * c * s
             ss -= 12.0 * cube * s * s
-            xs += by_spin * c
-            ys += by_spin * s
-            xr += cube * c
-            yr += cube * s
+            xs, ys, xr, yr = xs + by_spin * c, ys + by_spin * s, xr + cube * c, yr + cube * s
     w = STEP * size_of(joint)
     return (
         w * fx,

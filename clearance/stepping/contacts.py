@@ -179,7 +179,7 @@ def aligned(s, t, h, event, theta):
     """
     wanted = beyond(s, event)
     size, low, high, passed = theta * h, 0.0, h, False
-    last, value = 0.0, 0.0
+    last = value = 0.0
     for _ in range(ALIGNMENTS):
         invalidate(s)
         if size <= RESOLVED * max(abs(t), h):

@@ -64,7 +64,7 @@ def step(address, t, h):
         y_new[i] = y[i] + h * total
     rhs(t + h, y_new, par, work, f_new)
     s.evaluations += STAGES
-    high, low = 0.0, 0.0
+    high = low = 0.0
     for i in range(states):
         five = E5[STAGES] * f_new[i]
         three = E3[STAGES] * f_new[i]
@@ -79,7 +79,7 @@ def step(address, t, h):
         s.error = h * high / math.sqrt((high + 0.01 * low) * states)
         fifth = h * math.sqrt(high / states) * s.rtol ** (1.0 - 5.0 / 8.0)
         s.error = max(s.error, fifth / FIFTH)
-    apart, slopes = 0.0, 0.0
+    apart = slopes = 0.0
     for i in range(states):
         unit = 1.0 / (scale[i] + abs(y_new[i]))
         apart += ((y_new[i] - k[16, i]) * unit) ** 2

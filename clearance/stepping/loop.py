@@ -126,7 +126,7 @@ def weigh_films(s, values):
 def first_step(s, t):
     """A first step from the size of y, y' and y'' (Hairer, Norsett, Wanner 1993, section II.4)."""
     states, rtol = s.states, s.rtol
-    size, rate, bend = 0.0, 0.0, 0.0
+    size = rate = bend = 0.0
     for i in range(states):
         weight = rtol * (s.scale[i] + abs(s.y[i]))
         size += (s.scale[i] / weight) ** 2

@@ -127,7 +127,7 @@ def correct(k, m, complexes, h, p, n):
         right = complexes[first + size + 1]
         z = k.pairs[pair] / h
         for i in range(p, n):
-            a, b = 0.0, 0.0
+            a = b = 0.0
             for s in range(stages):
                 a += k.ti[row, s] * m[f + s, i]
                 b += k.ti[row + 1, s] * m[f + s, i]

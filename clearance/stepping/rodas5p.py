@@ -86,7 +86,7 @@ def stages(run, t, h):
 def dense_output(y, y_new, dense, m, n):
     """Rows of the nested form."""
     for i in range(n):
-        first, second, third = 0.0, 0.0, 0.0
+        first = second = third = 0.0
         for j in range(STAGES):
             first += H[0, j] * m[j, i]
             second += H[1, j] * m[j, i]

@@ -378,7 +378,7 @@ def evaluate(s, theta):
 @inline
 def inside(s, theta, i):
     """Dense output of state i at theta: its value, and its rate times the step."""
-    value, rate = 0.0, 0.0
+    value = rate = 0.0
     for r in range(s.degree, 0, -1):
         value += s.dense[r, i]
         factor, turn = (theta, 1.0) if r % 2 == 1 else (1.0 - theta, -1.0)
