@@ -186,8 +186,10 @@ class Body(Described):
 
     def __getitem__(self, name: str) -> Point:
         if name not in self.points:
-            answer = f"{checks.meant(name, self.points)}; it has {sorted(self.points)}"
-            raise KeyError(f"body {self.name} has no point {name!r}{answer}")
+            raise KeyError(
+                f"body {self.name} has no point {name!r}"
+                f"{checks.meant(name, self.points)}; it has {sorted(self.points)}"
+            )
         return Point(self, name, *self.points[name])
 
     @property

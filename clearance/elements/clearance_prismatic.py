@@ -126,8 +126,10 @@ class ClearancePrismatic(ClearanceJoint):
             return
         self._check_oil("width", "the width of the faces")
         if self.transition is None:
-            reason = "no film carries an edge that touches"
-            raise ValueError(f"{label}: film needs a transition, such as superposed(): {reason}")
+            raise ValueError(
+                f"{label}: film needs a transition, such as superposed(): "
+                "no film carries an edge that touches"
+            )
 
     def seen_by(self, slot: str):
         """A corner and its wall, for contact laws."""

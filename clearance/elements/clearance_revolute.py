@@ -202,11 +202,15 @@ class ClearanceRevolute(ClearanceJoint):
         self._check_beside(label, "elastic", "", "transition", "roughness")
         name, choices = self.transition.law.name, self.transition.values
         if self.transition.law.on_film is None:
-            have = "fuzzy and load_sharing have one"
-            raise ValueError(f"{label}: elastic: {name} has no state of elastic surfaces; {have}")
+            raise ValueError(
+                f"{label}: elastic: {name} has no state of elastic surfaces; "
+                "fuzzy and load_sharing have one"
+            )
         if any(choices.get(n, 1.0) != 1.0 for n in ("datum", "squeeze")):
-            rigid = "are choices of a film on rigid surfaces"
-            raise ValueError(f"{label}: elastic: datum and squeeze of {name} {rigid}")
+            raise ValueError(
+                f"{label}: elastic: datum and squeeze of {name} "
+                "are choices of a film on rigid surfaces"
+            )
         if self.outline or self.wear or self.wear_journal:
             raise ValueError(f"{label}: elastic: worn outlines have no film on elastic surfaces")
 
@@ -215,8 +219,10 @@ class ClearanceRevolute(ClearanceJoint):
         if self.wear or self.wear_journal or self.contact is not None:
             law = self.contact and self.contact.law.name
             if law is None:
-                reason = "a contact; the film alone wears nothing"
-                raise ValueError(f"{label}: wear needs solids that touch, {reason}")
+                raise ValueError(
+                    f"{label}: wear needs solids that touch, "
+                    "a contact; the film alone wears nothing"
+                )
             if law != "winkler":
                 reason = "a pressure over the arc, which only winkler has"
                 raise ValueError(f"{label}: worn outlines need {reason}; contact is {law}")
@@ -240,8 +246,10 @@ class ClearanceRevolute(ClearanceJoint):
         """Raise ValueError where the pressure of the asperities over the arc is not there."""
         law = f"{label}: asperity {self.asperity.law.name} on worn outlines"
         if self.asperity.law.pressure is None:
-            have = "greenwood_tripp and greenwood_williamson have one"
-            raise ValueError(f"{law} needs a pressure at each gap, an attribute `pressure`; {have}")
+            raise ValueError(
+                f"{law} needs a pressure at each gap, an attribute `pressure`; "
+                "greenwood_tripp and greenwood_williamson have one"
+            )
         if self.asperity.values.get("summit_height"):
             raise ValueError(f"{law} needs a summit_height of 0")
         if self.transition is not None and self.transition.law.name != "load_sharing":

@@ -84,8 +84,9 @@ class Drive(Load):
             return
         if self.slides or self.speed is not None:
             kind = "that slides" if self.slides else "with a constant speed"
-            reason = f"a drive {kind} takes no nominal speed"
-            raise ValueError(f"{self.label()}: nominal={self.nominal!r}: {reason}")
+            raise ValueError(
+                f"{self.label()}: nominal={self.nominal!r}: a drive {kind} takes no nominal speed"
+            )
         if self.nominal == 0.0:
             raise ValueError(f"{self.label()}: nominal must not be 0; leave it out instead")
 
@@ -94,8 +95,10 @@ class Drive(Load):
         law = self.controller and self.controller.law
         for name, stated in law.shown.items() if law else ():
             if not isinstance(stated, tuple) or len(stated) != 3:
-                reason = f"must be (unit, description, function), got {stated!r}"
-                raise TypeError(f"{self.label()}: law {law.name}: shown[{name!r}] {reason}")
+                raise TypeError(
+                    f"{self.label()}: law {law.name}: shown[{name!r}] "
+                    f"must be (unit, description, function), got {stated!r}"
+                )
 
     @property
     def kind(self) -> str:

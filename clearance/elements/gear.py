@@ -58,11 +58,15 @@ class Gear(Spring):
                 raise TypeError(f"Gear: {name} must be a hinge without clearance, got {joint!r}")
         super().__post_init__()
         if self.first.a.body is not self.second.a.body:
-            names = f"{self.first.a.body.name} and {self.second.a.body.name}"
-            raise ValueError(f"{self.label()}: both joints need one carrier as body a, got {names}")
+            raise ValueError(
+                f"{self.label()}: both joints need one carrier as body a, got "
+                f"{self.first.a.body.name} and {self.second.a.body.name}"
+            )
         if not self.second.slides and self.ratio >= 1.0:
-            reason = "a pinion in a ring has a ratio below 1; put the pinion first"
-            raise ValueError(f"{self.label()}: ratio={self.ratio!r}: {reason}")
+            raise ValueError(
+                f"{self.label()}: ratio={self.ratio!r}: "
+                "a pinion in a ring has a ratio below 1; put the pinion first"
+            )
 
     def bodies(self) -> tuple[Body, Body]:
         return self.first.b.body, self.second.b.body

@@ -378,8 +378,9 @@ class ClearanceJoint(Joint):
     def _check_oil(self, size: str, meaning: str) -> None:
         """Raise ValueError where the film lacks its oil, or a size of the joint."""
         if not isinstance(self.lubricant, Lubricant):
-            reason = f"film needs lubricant=Lubricant(viscosity), got {self.lubricant!r}"
-            raise ValueError(f"{self.label()}: {reason}")
+            raise ValueError(
+                f"{self.label()}: film needs lubricant=Lubricant(viscosity), got {self.lubricant!r}"
+            )
         if getattr(self, size) is None:
             raise ValueError(f"{self.label()}: film needs {meaning} [m]")
 

@@ -25,8 +25,10 @@ class Spring(Load):
     def __post_init__(self):
         super().__post_init__()
         if self.by_law and (self.stiffness or self.damping):
-            text = "takes the place of stiffness and damping; leave these out"
-            raise ValueError(f"{self.label()}: {self.slot} {text}")
+            raise ValueError(
+                f"{self.label()}: {self.slot} "
+                "takes the place of stiffness and damping; leave these out"
+            )
         a, b = self.bodies()
         for body in (a, b):
             if not isinstance(body, Body):

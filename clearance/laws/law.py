@@ -333,8 +333,9 @@ class BoundLaw:
             )
         if any(number is None for number in self.numbers):
             missing = [n for n, v in self.values.items() if v is None]
-            reason = f"give {', '.join(missing)}; without a joint nothing determines it"
-            raise ValueError(f"{self.law.name}: {reason}")
+            raise ValueError(
+                f"{self.law.name}: give {', '.join(missing)}; without a joint nothing determines it"
+            )
         if isinstance(self.law, DataLaw):
             return self._of_data(*state)
         if all(not hasattr(s, "__array__") or getattr(s, "ndim", 1) == 0 for s in state):
@@ -395,11 +396,15 @@ def pulls_never(law: BoundLaw) -> BoundLaw:
             rule += "max(penetration, 0.0) cuts it"
             raise ValueError(f"contact {law.law.name}: no value {state}: {rule}")
         if depth <= 0.0 and force != 0.0:
-            rule = "it is called outside contact too, and must return 0.0 there"
-            raise ValueError(f"contact {law.law.name}: {force:g} N {state}: {rule}")
+            raise ValueError(
+                f"contact {law.law.name}: {force:g} N {state}: "
+                "it is called outside contact too, and must return 0.0 there"
+            )
         if force < 0.0:
-            rule = "a contact never pulls; max(..., 0.0) cuts its force"
-            raise ValueError(f"contact {law.law.name}: {force:g} N {state}: {rule}")
+            raise ValueError(
+                f"contact {law.law.name}: {force:g} N {state}: "
+                "a contact never pulls; max(..., 0.0) cuts its force"
+            )
     return law
 
 

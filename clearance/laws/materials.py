@@ -185,8 +185,10 @@ class HeatBalance(Record):
             )
         missing = [n for n in ("capacity", "conductance") if getattr(self, n) is None]
         if missing and (self.to is None or len(missing) == 1):
-            reason = "only beside to=ThermalNode(...) may both be left out"
-            raise ValueError(f"heat balance: {missing[0]} is missing; {reason}")
+            raise ValueError(
+                f"heat balance: {missing[0]} is missing; "
+                "only beside to=ThermalNode(...) may both be left out"
+            )
 
     @property
     def stands_alone(self) -> bool:

@@ -56,8 +56,9 @@ def _warm(name: str) -> float:
     letters = str(name).upper().replace("ISO", "").replace("VG", "ISO VG ")
     grade = " ".join(letters.replace("-", " ").replace("_", " ").split())
     if grade not in GRADES:
-        hint = f"{checks.meant(grade, GRADES)}; it has {', '.join(GRADES)}"
-        raise ValueError(f"oil: no grade {name!r}{hint}")
+        raise ValueError(
+            f"oil: no grade {name!r}{checks.meant(grade, GRADES)}; it has {', '.join(GRADES)}"
+        )
     at, kinematic = GRADES[grade]
     return math.log(1e-6 * kinematic * density(at) / THINNEST) / _share(at)
 

@@ -332,8 +332,10 @@ def fuzzy_table(
         raise ValueError(f"fuzzy_table: give at least two points, got {len(rows)}")
     for before, after in pairwise(rows):
         if after[0] <= before[0]:
-            order = f"{after[0]:g} after {before[0]:g}"
-            raise ValueError(f"fuzzy_table: film thickness ratios must grow, got {order}")
+            raise ValueError(
+                f"fuzzy_table: film thickness ratios must grow, got "
+                f"{after[0]:g} after {before[0]:g}"
+            )
     if rows[-1][1] != 1.0:
         last = rows[-1][1:]
         raise ValueError(f"fuzzy_table: the last point must be all full film (1, 0, 0), got {last}")

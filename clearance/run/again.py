@@ -40,11 +40,15 @@ def again(path: str | Path | Result) -> tuple[Scene, dict]:
     name = Path(result.path).name
     options = dict(reader.document("", "options")) if "options" in attributes else {}
     if not options:
-        reason = "it was written by an older clearance, or not by a run"
-        raise ValueError(f"{name} does not hold the options of its run: {reason}")
+        raise ValueError(
+            f"{name} does not hold the options of its run: "
+            "it was written by an older clearance, or not by a run"
+        )
     if reader.has("changes"):
-        reason = "its numbers were changed on the way, by a program that no file has"
-        raise ValueError(f"{name} cannot be made again: {reason}")
+        raise ValueError(
+            f"{name} cannot be made again: "
+            "its numbers were changed on the way, by a program that no file has"
+        )
     if reader.has("steady"):
         raise ValueError(
             f"{name} is a periodic motion; solve it again: {attributes.get('command')}"

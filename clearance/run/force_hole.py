@@ -328,8 +328,9 @@ def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0
     if joint.transition is None or joint.roughness is None:
         raise ValueError(f"{joint.label()}: a hole check needs a transition model and a roughness")
     if joint.film.law.family is memory_film:
-        reason = f"the load of {joint.film.law.name} depends on the past: no hole check"
-        raise ValueError(f"{joint.label()}: {reason}")
+        raise ValueError(
+            f"{joint.label()}: the load of {joint.film.law.name} depends on the past: no hole check"
+        )
     checks.finite("entrainment", entrainment)
     checks.finite("approach", approach)
     loads = _of(joint)

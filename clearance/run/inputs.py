@@ -148,8 +148,10 @@ def accept(words: str, changed: Iterable[str], accept_changes: bool) -> str:
     """
     sentence = f"{words}, and since then: {'; '.join(changed)}"
     if not accept_changes:
-        advice = "with --accept-changes (accept_changes=True) the rest is run all the same"
-        raise ValueError(f"{sentence}. Give another directory; {advice}")
+        raise ValueError(
+            f"{sentence}. Give another directory; "
+            "with --accept-changes (accept_changes=True) the rest is run all the same"
+        )
     LOG.warning("%s; what is there stays", sentence)
     return f"{sentence}; what is there stays"
 

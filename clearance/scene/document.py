@@ -176,8 +176,9 @@ def module_of(name: str, texts: Mapping[str, Mapping[str, str]]) -> types.Module
     try:
         exec(compile(text, source, "exec"), vars(module))
     except Exception as error:
-        reason = f"{type(error).__name__}: {error}"
-        raise ValueError(f"the text of {Path(file).name} cannot be run: {reason}") from error
+        raise ValueError(
+            f"the text of {Path(file).name} cannot be run: {type(error).__name__}: {error}"
+        ) from error
     finally:
         del sys.modules[name]
         if there is not None:

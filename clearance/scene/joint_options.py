@@ -326,12 +326,15 @@ def _tabled(
     if name != "fuzzy":
         raise ValueError(f"transition {name} has no memberships; fuzzy has")
     if thresholds != AUTO:
-        reason = f"memberships={memberships} replaces them; leave one out"
-        raise ValueError(f"thresholds={thresholds}: {reason}")
+        raise ValueError(
+            f"thresholds={thresholds}: memberships={memberships} replaces them; leave one out"
+        )
     for parameter, value in changes.items():
         if parameter not in BESIDE_A_TABLE:
-            takes = f"beside memberships={memberships} it takes {', '.join(BESIDE_A_TABLE)} only"
-            raise ValueError(f"transition fuzzy({parameter}={value:g}): {takes}")
+            raise ValueError(
+                f"transition fuzzy({parameter}={value:g}): "
+                f"beside memberships={memberships} it takes {', '.join(BESIDE_A_TABLE)} only"
+            )
     points = points_of(memberships)
     try:
         law = laws.fuzzy_table(points)
@@ -348,8 +351,9 @@ def asperity_of(text: str, transition: str, pair: Pair) -> laws.BoundLaw | None:
     if transition != "load_sharing":
         if name in (AUTO, NONE):
             return None
-        reason = f"transition {transition} has no asperity law; load_sharing has"
-        raise ValueError(f"asperity={text}: {reason}")
+        raise ValueError(
+            f"asperity={text}: transition {transition} has no asperity law; load_sharing has"
+        )
     if name == NONE:
         return None
     return _replaced(ASPERITIES["greenwood_tripp" if name == AUTO else name]().of(pair), changes)

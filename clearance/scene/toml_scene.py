@@ -237,8 +237,10 @@ def formula(
     """
     for name in PARAMETER.findall(text):
         if name not in values:
-            answer = f"{meant(name, values)}; [parameters] has {', '.join(values) or 'none'}"
-            raise ValueError(f"unknown parameter ${name}{answer}")
+            raise ValueError(
+                f"unknown parameter ${name}"
+                f"{meant(name, values)}; [parameters] has {', '.join(values) or 'none'}"
+            )
     if alone := PARAMETER.fullmatch(text.strip()):
         value = values[alone[1]]
         unit = (units or {}).get(alone[1])

@@ -50,8 +50,10 @@ def answers(cls: type) -> type:
     def __init__(self, *values, **named):
         for name in named:
             if name not in names:
-                answer = f"{meant(name, names)}; it has {', '.join(names)}"
-                raise TypeError(f"{cls.__name__} has no argument {name!r}{answer}")
+                raise TypeError(
+                    f"{cls.__name__} has no argument {name!r}"
+                    f"{meant(name, names)}; it has {', '.join(names)}"
+                )
         if missing := [n for n in needed if n not in named and n not in names[: len(values)]]:
             label = " ".join([cls.__name__, *filter(None, [named.get("name")])])
             raise TypeError(f"{label} needs {', '.join(missing)}")
@@ -131,8 +133,9 @@ def rising(field: str, ends: Iterable[object]) -> tuple[float, float]:
 def one_of(field: str, value: str, names: Collection[str]) -> str:
     """The value, one of some names. Raises ValueError naming the closest of them."""
     if value not in names:
-        answer = f"got {value!r}{meant(value, names)}"
-        raise ValueError(f"{field} must be one of {', '.join(names)}; {answer}")
+        raise ValueError(
+            f"{field} must be one of {', '.join(names)}; got {value!r}{meant(value, names)}"
+        )
     return value
 
 

@@ -175,8 +175,10 @@ def fit_class(name: str, diameter: float | str | None = None) -> FitClass:
     low, high = (1e-6 * v for v in _shaft(letter, int(grade), size))
     fit = FitClass(plain, size, (0.0, 1e-6 * _of(TOLERANCES[int(hole)], size)), (low, high))
     if high > 0.0:
-        by = f"{letter}{grade} interferes by up to {1e6 * high:g} um of the diameter"
-        raise ValueError(f"{plain} at {1e3 * size:g} mm has no clearance for sure: {by}")
+        raise ValueError(
+            f"{plain} at {1e3 * size:g} mm has no clearance for sure: "
+            f"{letter}{grade} interferes by up to {1e6 * high:g} um of the diameter"
+        )
     return fit
 
 
