@@ -67,6 +67,14 @@ def rough_on_smooth(modulus, roughness_group, slope_ratio, summit_height=0.0):
     return 4.0 / 3.0 * roughness_group * math.sqrt(slope_ratio) * modulus
 
 
+def touching_arc(film_thickness_ratio, joint):
+    """Length scale of the arc on which summits touch [m]: R sqrt(2 sigma / e)."""
+    eccentricity = max(
+        joint.clearance - film_thickness_ratio * joint.roughness, 0.1 * joint.clearance
+    )
+    return joint.radius * math.sqrt(2.0 * joint.roughness / eccentricity)
+
+
 @asperity(
     modulus=MODULUS,
     roughness_group=positive,
@@ -94,11 +102,7 @@ def greenwood_tripp(
     Proc. IMechE 185 (1970) 625; integrated over the arc.
     """
     strength = rough_on_rough(modulus, roughness_group, slope_ratio)
-    eccentricity = max(
-        joint.clearance - film_thickness_ratio * joint.roughness, 0.1 * joint.clearance
-    )
-    arc = joint.radius * math.sqrt(2.0 * joint.roughness / eccentricity)
-    area = joint.length * arc
+    area = joint.length * touching_arc(film_thickness_ratio, joint)
     ratio = film_thickness_ratio - summit_height / joint.roughness
     return 0.3125 * math.pi * strength * area * third_moment(ratio)
 
@@ -127,13 +131,11 @@ def greenwood_williamson(
     the arc. Source: Greenwood and Williamson, Proc. R. Soc. A 295 (1966) 300; integrated over the
     arc.
     """
-    eccentricity = max(
-        joint.clearance - film_thickness_ratio * joint.roughness, 0.1 * joint.clearance
-    )
-    arc = joint.radius * math.sqrt(2.0 * joint.roughness / eccentricity)
     strength = 0.375 * math.pi * rough_on_smooth(modulus, roughness_group, slope_ratio)
     ratio = film_thickness_ratio - summit_height / joint.roughness
-    return strength * joint.length * arc * second_moment(ratio)
+    return (
+        strength * joint.length * touching_arc(film_thickness_ratio, joint) * second_moment(ratio)
+    )
 
 
 # --- flow factors, for film models that solve a Reynolds equation

@@ -55,8 +55,7 @@ def pinkus_sternlicht(eccentricity_ratio, radial_rate, entrainment, joint):
 
 
 # nodes in (0, 1) and weights of the Gauss-Legendre rule of 24 points on (-1, 1), symmetric about 0
-
-NODES, WEIGHTS = (
+_HALF, _WEIGHTS = (
     tuple(map(float, text.split()))
     for text in (
         """
@@ -71,7 +70,8 @@ NODES, WEIGHTS = (
 """,
     )
 )
-HALF = 12
+NODES, WEIGHTS = (*_HALF, *(-node for node in _HALF)), 2 * _WEIGHTS
+POINTS = len(NODES)
 
 
 @film
@@ -127,11 +127,11 @@ def arc_integrals(eps, gap, start):
     middle = 0.5 * (first + last)
     half = 0.5 * (last - first)
     j01 = j02 = j20 = 0.0
-    for k in range(2 * HALF):
-        psi = middle + half * (NODES[k % HALF] if k < HALF else -NODES[k % HALF])
+    for k in range(POINTS):
+        psi = middle + half * NODES[k]
         c = math.cos(psi)
         s = math.sin(psi)
-        weight = WEIGHTS[k % HALF]
+        weight = WEIGHTS[k]
         j01 += weight * (c - eps) * (1.0 - eps * c)
         j02 += weight * (c - eps) * (c - eps)
         j20 += weight * s * s
@@ -275,9 +275,8 @@ def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
     middle = 0.5 * (start + end)
     half = 0.5 * (end - start)
     radial = tangential = 0.0
-    for k in range(2 * HALF):
-        node = NODES[k % HALF] if k < HALF else -NODES[k % HALF]
-        psi = middle + half * node
+    for k in range(POINTS):
+        psi = middle + half * NODES[k]
         stretch = 1.0 - eps * math.cos(psi)
         c = (math.cos(psi) - eps) / stretch
         s = root * math.sin(psi) / stretch
@@ -289,7 +288,7 @@ def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
         p_long = max(p_long, 1e-300)
         p_short = max(p_short, 1e-300)
         pressure = p_long * harmonic_share(p_short / (p_short + p_long))
-        weight = WEIGHTS[k % HALF] * half * root / stretch * pressure
+        weight = WEIGHTS[k] * half * root / stretch * pressure
         radial += weight * c
         tangential += weight * s
     factor *= scale

@@ -189,8 +189,7 @@ def reactions_across(scene, arms, loads: dict) -> dict:
         body, joint = end
         open_joints.remove(joint)
         sign, neighbour = (1.0, joint.a.body) if body is joint.b.body else (-1.0, joint.b.body)
-        (ax, ay), (bx, by) = arms(joint)
-        (x, y), (ox, oy) = ((bx, by), (ax, ay)) if sign > 0 else ((ax, ay), (bx, by))
+        (ox, oy), (x, y) = arms(joint) if sign > 0 else reversed(arms(joint))
         force, mx, my = loads.pop(body)
         mx, my = mx - y * force, my + x * force  # about the joint's point
         reactions[joint] = (-sign * force, -sign * mx, -sign * my)

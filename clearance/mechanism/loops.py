@@ -162,10 +162,7 @@ def place_rrr(k, group) -> None:
     """
     first, second = group.attachments
     (pin,) = group.closures
-    p, q = (k.pin(a.joint, a.joint.side(a.body)) for a in (first, second))
-    shift = _shift(k, pin, first.body)
-    dx = q[0] + shift[0] - p[0]
-    dy = q[1] + shift[1] - p[1]
+    _, dx, dy = _base(k, group)
     u, v = (_reach(k, a, pin) for a in (first, second))
     uu, vv = _square(u), _square(v)
     inverse = 1.0 / (dx * dx + dy * dy)
@@ -181,7 +178,7 @@ def place_rrp(k, group) -> None:
     """A hinged body whose pin lies on a sliding body: intersection of a circle and a line."""
     hinge, slide = _hinge_and_slide(group)
     (pin,) = group.closures
-    p = k.pin(hinge.joint, hinge.joint.side(hinge.body))
+    p = _known(k, hinge)
     k.place_by(slide, k.orientation(slide), 0.0)
     sign = slide.joint.sign(slide.body)
     dx, dy = (sign * d for d in k.axis(slide.joint, slide.parent))
@@ -204,12 +201,11 @@ def place_rpr(k, group) -> None:
     hinge, slide = group.attachments
     (pin,) = group.closures
     joint = slide.joint
-    p = k.pin(hinge.joint, hinge.joint.side(hinge.body))
+    p = _known(k, hinge)
     target = k.pin(pin, pin.side(slide.body))
     x, y = target[0] - p[0], target[1] - p[1]
     # seen from the hinged body: the pin moves on a line through `start` along `axis`
     side = joint.side(hinge.body)
-    pivot_side = hinge.joint.side(hinge.body)
     axis = k.local_axis(joint)
     turn = k.given(joint, TURN)[0]
     sign = 1.0
@@ -217,12 +213,10 @@ def place_rpr(k, group) -> None:
         sign, turn = -1.0, -turn
         c, s = k.trace.cos(turn), k.trace.sin(turn)
         axis = (c * axis[0] - s * axis[1], s * axis[0] + c * axis[1])
-    far = k.local(pin, pin.side(slide.body))
-    near = k.local(joint, joint.side(slide.body))
+    step = _reach(k, slide, pin)
     c, s = k.trace.cos(turn), k.trace.sin(turn)
-    step = (far[0] - near[0], far[1] - near[1])
     rail = k.local(joint, side)
-    pivot = k.local(hinge.joint, pivot_side)
+    pivot = k.local(hinge.joint, hinge.joint.side(hinge.body))
     start = (
         rail[0] - pivot[0] + c * step[0] - s * step[1],
         rail[1] - pivot[1] + s * step[0] + c * step[1],
@@ -259,17 +253,13 @@ def mode(k, group) -> float:
     """Assembly mode of a dyad read from numeric poses: the branch of its square root."""
     (pin,) = group.closures
     if group.form == "RRR":
-        first, second = group.attachments
-        p, q = (k.pin(a.joint, a.joint.side(a.body)) for a in (first, second))
-        shift = _shift(k, pin, first.body)
-        t = k.joint_point(pin, pin.side(first.body))
-        dx = q[0] + shift[0] - p[0]
-        dy = q[1] + shift[1] - p[1]
+        p, dx, dy = _base(k, group)
+        t = k.joint_point(pin, pin.side(group.attachments[0].body))
         value = dx * (t[1] - p[1]) - dy * (t[0] - p[0])
     else:
         hinge, slide = _hinge_and_slide(group)
         dx, dy = k.axis(slide.joint, slide.parent)
-        p = k.pin(hinge.joint, hinge.joint.side(hinge.body))
+        p = _known(k, hinge)
         if group.form == "RRP":
             sign = slide.joint.sign(slide.body)
             t = k.joint_point(pin, pin.side(hinge.body))
@@ -280,13 +270,28 @@ def mode(k, group) -> float:
     return 1.0 if value >= 0.0 else -1.0
 
 
+def _known(k, attachment):
+    """The known point at which a body hangs."""
+    return k.pin(attachment.joint, attachment.joint.side(attachment.body))
+
+
+def _base(k, group) -> tuple:
+    """The known point of the first of two hinged bodies, and the way from it to that of the second,
+    moved by the offset of their common pin.
+    """
+    first, second = group.attachments
+    p, q = _known(k, first), _known(k, second)
+    shift = _shift(k, *group.closures, first.body)
+    return p, q[0] + shift[0] - p[0], q[1] + shift[1] - p[1]
+
+
 def _hinge_and_slide(group) -> tuple:
     """The attachments of a dyad with a slide."""
     return tuple(sorted(group.attachments, key=lambda a: a.joint.slides))
 
 
 def _reach(k, attachment, pin):
-    """From a body's own hinge to the common pin, in its frame."""
+    """From a body's own joint to the common pin, in its frame."""
     near = k.local(attachment.joint, attachment.joint.side(attachment.body))
     far = k.local(pin, pin.side(attachment.body))
     return far[0] - near[0], far[1] - near[1]

@@ -427,7 +427,7 @@ def _beyond(joint, depth: float) -> str | None:
     if joint.contact is None or joint.contact.law.limit is None:
         return None
     law = joint.contact.law
-    limit = joint.contact.law.limit(joint.contact.values)
+    limit = law.limit(joint.contact.values)
     if depth <= limit:
         return None
     return (

@@ -507,9 +507,14 @@ def read(document: Mapping) -> list[Element]:
     """
     check(document)
     texts = document.get("sources", {})
-    rows = [("joint", row) for row in document["joints"]]
-    rows += [("load", row) for row in document["loads"]]
-    tables = {(section, row["name"]): (row["type"], _without(row)) for section, row in rows}
+    tables = {
+        (section, row["name"]): (
+            row["type"],
+            {n: v for n, v in row.items() if n not in ("type", "name")},
+        )
+        for section in ("joint", "load")
+        for row in document[f"{section}s"]
+    }
     bodies = {row["name"]: row for row in document["bodies"]}
     if "rates" not in document:  # before 1.0.0, where a rate of 0 was none
         bodies = {name: _without_zeros(row) for name, row in bodies.items()}
@@ -528,10 +533,6 @@ def read(document: Mapping) -> list[Element]:
 def _without_zeros(row: Mapping) -> dict:
     """A body without the rates that are 0."""
     return {n: v for n, v in row.items() if n not in RATES or v not in (0.0, [0.0, 0.0])}
-
-
-def _without(row: Mapping) -> dict:
-    return {n: v for n, v in row.items() if n not in ("type", "name")}
 
 
 def _leave_to_joint(element: Element) -> None:

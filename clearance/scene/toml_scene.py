@@ -7,6 +7,7 @@ A number may be a text with a unit ("0.1 mm"), which is checked against the fiel
 import ast
 import logging
 import math
+import operator
 import re
 import tomllib
 from collections.abc import Callable, Mapping
@@ -65,11 +66,11 @@ FUNCTIONS = {
 } | {"abs": abs, "min": min, "max": max}
 CONSTANTS = {"pi": math.pi}
 OPERATORS = {
-    ast.Add: lambda a, b: a + b,
-    ast.Sub: lambda a, b: a - b,
-    ast.Mult: lambda a, b: a * b,
-    ast.Div: lambda a, b: a / b,
-    ast.Pow: lambda a, b: a**b,
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
 }
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
-from clearance.tracing.function import Answer, Function, Loop, Opaque
+from clearance.tracing.function import Answer, Function, Loop, Opaque, counted
 from clearance.tracing.trace import COMPARISONS, Scalar, derived, live, text
 
 #: cost of an operation where it is not 1, and of what a branch must save to be worth one
@@ -196,10 +196,8 @@ class Program:
     @property
     def operations(self) -> int:
         """Operations, with those of the functions that are called."""
-        nodes = [n for n in live(self.outputs.values(), derived) if n not in self.slots]
-        return sum(
-            n.args[0].operations if n.op == "call" else n.op not in ("load", "item") for n in nodes
-        )
+        nodes = live(self.outputs.values(), derived)
+        return counted(n for n in nodes if n not in self.slots)
 
     @cached_property
     def steps(self) -> list:

@@ -4,7 +4,7 @@ A function has a trace of its own. Short ones become part of what calls them, lo
 as functions.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 
 from clearance.machine.callback import KEEP, SLOPES, VALUE
@@ -12,6 +12,13 @@ from clearance.tracing.trace import Scalar, Trace, is_number, live
 
 #: operations up to which a function becomes part of its callers
 SHORT = 150
+
+
+def counted(nodes: Iterable[Scalar]) -> int:
+    """Operations of nodes, those of called functions with them."""
+    return sum(
+        n.args[0].operations if n.op == "call" else n.op not in ("load", "item") for n in nodes
+    )
 
 
 class Differentiable:
@@ -78,10 +85,7 @@ class Function(Differentiable):
     @property
     def operations(self) -> int:
         """Operations of the values, those of called functions with them."""
-        nodes = live(self.outputs)
-        return sum(
-            n.args[0].operations if n.op == "call" else n.op not in ("load", "item") for n in nodes
-        )
+        return counted(live(self.outputs))
 
     @cached_property
     def short(self) -> bool:
