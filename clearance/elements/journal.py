@@ -325,7 +325,7 @@ class Journal:
         self._add(self.vector(-normal, tangential), 0.0, 0.0)
 
     def _show_share(self, normal) -> None:
-        """What the solids carry, beside a film."""
+        """Share of the solids in the load, beside a film."""
         if self.joint.film is not None:
             text = "share of asperities and contact in the load of film, asperities and contact"
             self.show("asperity_share", "1", text, normal / (normal + self._film_load()))

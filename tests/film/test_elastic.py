@@ -299,7 +299,7 @@ class TestOil:
             solve_film(states.bearing(pressure_viscosity=1e-8), 0.5, 0.0, 1.0, solver="fast")
 
     def test_automatic_solver(self):
-        """An oil that thickens is solved by the solver that has it, without being told."""
+        """An oil that thickens is solved by the one solver that has it."""
         thick = states.bearing(pressure_viscosity=1e-8)
         loads = [solve_film(thick, 0.5, 0.0, 1.0, solver=s).load for s in ("auto", "fem")]
         assert loads[0] == loads[1]
