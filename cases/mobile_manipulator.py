@@ -272,7 +272,7 @@ def _drive(kind, slide, name, simulation, time_constant, stiffness, damping) -> 
     inputs, motion, servo = (
         (SWINGS, swing, swing_servo) if simulation == 1 else (DIGS, dig, dig_servo)
     )
-    names = [n for n in motion.given if n != "time_constant"]
+    names = [n for n in motion.inputs if n != "time_constant"]
     numbers = dict(zip(names, inputs[name], strict=True)) | {"time_constant": time_constant}
     asked = motion(**numbers)
     if kind == "motion":

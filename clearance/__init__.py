@@ -25,7 +25,7 @@ _MODULES = {
     "laws": "clearance.laws",
 }
 #: public name -> its module, and its name there
-_LAZY = {name: place for name, place in stated(__file__).items() if name not in _MODULES}
+_LAZY = {name: path for name, path in stated(__file__).items() if name not in _MODULES}
 
 #: names that only authors of cases need: not among those to choose from
 _ASIDE = ("crank_drive", "joint_friction_law", "one_of", "pad_table")

@@ -440,12 +440,12 @@ def _placed(
                 if sink is not None:
                     sink.store()
     except Unwritable as error:
-        failure = f"at t = {run.state.time:.9g} s: {error}; {_left(sink, output.path)}"
+        failure = f"at t = {run.state.time:.9g} s: {error}; {_remains(sink, output.path)}"
         if sink is None or not sink.placed:
             raise SimulationError(failure, None) from None
     except KeyboardInterrupt as error:
         if not getattr(error, "__notes__", ()):
-            error.add_note(_left(sink, output.path))
+            error.add_note(_remains(sink, output.path))
         raise
     if output.pressure_fields is not None and failure is None:
         from clearance.run.pressure_fields import keep
@@ -491,9 +491,9 @@ def _in_memory(output: Output, numbers: int) -> bool:
     return numbers <= SHORT and output.pressure_fields is None
 
 
-def _left(sink, path) -> str:
+def _remains(sink, path) -> str:
     """Description of the files of a run that ended early, also before it had a sink."""
-    return f"{path or 'a file'} was not written" if sink is None else sink.left
+    return f"{path or 'a file'} was not written" if sink is None else sink.remains
 
 
 def hole_warnings(mechanism: Mechanism) -> list[str]:
@@ -503,11 +503,11 @@ def hole_warnings(mechanism: Mechanism) -> list[str]:
         return []
     from clearance.run.force_hole import hole_warning
 
-    def made() -> list[str]:
+    def warnings() -> list[str]:
         inertia = sum(b.mass for b in mechanism.scene.bodies) * mechanism.acceleration
         return [*filter(None, (hole_warning(j, mechanism.frequency, inertia) for j in joints))]
 
-    return mechanism.remembered(("holes",), made)
+    return mechanism.remembered(("holes",), warnings)
 
 
 def cost_warnings(mechanism: Mechanism) -> list[str]:

@@ -105,10 +105,10 @@ def law_lines(law) -> list[str]:
 
 def _table_of(law) -> list[str]:
     """Parameters of a law: unit and default."""
-    if not law.given:
+    if not law.inputs:
         return []
     rows, text = [], " ".join(inspect.getdoc(law).split())
-    for name in law.given:
+    for name in law.inputs:
         units = re.findall(rf"\b{name}\b[^\[\].;]*\[([^\]]+)\]", text)
         default = law.parameters[name]
         shown = "needed" if name in law.needed else "of the joint"
@@ -122,7 +122,7 @@ def _parameters(law) -> str:
     """Parameters of a law that a user gives, with their defaults."""
     empty = inspect.Parameter.empty
     texts = []
-    for name in law.given:
+    for name in law.inputs:
         default = law.parameters[name]
         texts.append(name if default is empty else f"{name}={default!r}")
     return ", ".join(texts)

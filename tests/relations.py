@@ -236,7 +236,7 @@ class Rotated(Change):
         if e.start is not None:
             return {"start": e.start + self.grown(e.target)}
         if e.motion is not None:
-            moved = "start" if "start" in e.motion.law.given else "mean"
+            moved = "start" if "start" in e.motion.law.inputs else "mean"
             by = {moved: e.motion.values[moved] + self.grown(e.target)}
             return {"motion": e.motion.replaced(**by)}
         return {}
@@ -443,7 +443,7 @@ class Scaled(Change):
     def law(self, element, slot, law):
         turning = isinstance(element, cl.TorsionSpring | cl.Torque | cl.Revolute)
         turning |= isinstance(element, cl.Drive) and not element.slides
-        values = {n: v for n, v in law.values.items() if n in law.law.given}
+        values = {n: v for n, v in law.values.items() if n in law.law.inputs}
         values = {n: v for n, v in values.items() if v is not None and n not in law.of_joint}
         special, exponent = OF_LAW.get(law.law.name, {}), law.values.get("exponent", 1.0)
         changed = {}

@@ -59,7 +59,7 @@ class Impossible(RuntimeError):
 class Sensing:
     """Sensitivities of the metrics of a run.
 
-    scene: of the run; given: its parameters, see scene/parameter.py; prepared: makes the run of
+    scene: of the run; parameters: see scene/parameter.py; prepared: makes the run of
         another scene; settle: turns left out of the metrics; summed: metrics, default those of
         `metrics.metrics`.
     Raises ValueError for a parameter that cannot be varied.
@@ -117,7 +117,7 @@ class Sensing:
             LOG.warning("the run has no sensitivities: %s", reason)
             sensitivities = Sensitivities(reason=str(reason))
         except KeyboardInterrupt as request:
-            request.add_note(f"{sink.left}, without sensitivities")
+            request.add_note(f"{sink.remains}, without sensitivities")
             raise
         if sink.has_room(ROOM):
             sink.add(sensitivities.groups())

@@ -433,7 +433,7 @@ class Statement:
         except CompanionFailed as reason:
             errors = Errors(reason=str(reason))
         except KeyboardInterrupt as request:
-            request.add_note(f"{sink.left}, without stated errors")
+            request.add_note(f"{sink.remains}, without stated errors")
             raise
         add_errors(errors, sink)
 

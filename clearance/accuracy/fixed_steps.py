@@ -42,7 +42,7 @@ class Replay(Run):
 
     def __init__(self, run: Run, ends: Sequence[float], until: float):
         super().__init__(run.mechanism, run.span, run.solver)
-        state, self.made = self.state, np.zeros(1, dtype=np.int64)
+        state, self.counts = self.state, np.zeros(1, dtype=np.int64)
         state.y[:], state.work[:] = run.state.y, run.state.work
         state.rtol, state.longest_step = ALLOWANCE * run.solver.rtol, math.inf
         self.ends = np.asarray(ends) * (run.span.until / until)
@@ -54,8 +54,8 @@ class Replay(Run):
         from clearance.stepping.along import LOOP, along
 
         refused, loop = state.rejected, address(self.loop.run, LOOP)
-        code = along(loop, state.address, self.ends, self.made)
-        count = int(self.made[0])
+        code = along(loop, state.address, self.ends, self.counts)
+        count = int(self.counts[0])
         if state.rejected > refused:
             raise Refused(f"step {count} to t = {self.ends[count]:.9g} s")
         self._hand_over()

@@ -32,7 +32,7 @@ class Stating:
         self.start = Start.of(run) if stating and not self.left_out else None
         self.errors: Errors | None = None
 
-    def made(self, keeper, summed) -> str | None:
+    def run_into(self, keeper, summed) -> str | None:
         """Make the run, whose output goes to a keeper; why it failed, None where it did not.
 
         summed: metrics of a record.

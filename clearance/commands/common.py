@@ -181,10 +181,10 @@ def parameter_lines(case, values: dict, scene) -> list[str]:
     rows = case.parameters.items()
     resolved = json.loads(scene.origin.get("resolved", "{}"))
     without = idle(scene)
-    given = [f"{n} = {text(n, values[n], p.units)}" for n, p in rows if n in values]
+    chosen = [f"{n} = {text(n, values[n], p.units)}" for n, p in rows if n in values]
     default = [f"{n} {text(n, p.default, p.units)}" for n, p in rows if n not in values | without]
     vain = [f"{n} ({without[n]})" for n in case.parameters if n in values and n in without]
-    parts = ("given", given), ("no effect", vain), ("default", default)
+    parts = ("given", chosen), ("no effect", vain), ("default", default)
     texts = [f"  {t:<12} {', '.join(v)}" for t, v in parts if v]
     style = {"width": 110, "subsequent_indent": " " * 15, "break_on_hyphens": False}
     return [line for text in texts for line in textwrap.wrap(text, **style)]
@@ -220,13 +220,13 @@ def complain(options, message: str, status: int, **more) -> int:
     """One line on stderr, and under --json a document on stdout; returns the exit status."""
     line = shortened(" ".join(message.split()))
     if options.json:
-        what = "failed" if status == FAILED else "wrong input"
-        print(json_text({"status": what, "message": line, **more}))
+        state = "failed" if status == FAILED else "wrong input"
+        print(json_text({"status": state, "message": line, **more}))
     print(f"clearance: {line}", file=sys.stderr)
     return status
 
 
-def given(options, names: dict) -> dict[str, str]:
+def texts_of(options, names: dict) -> dict[str, str]:
     """Names and texts of all -p NAME=VALUE. Raises ValueError for a name the case does not have or
     that stands twice.
     """
@@ -257,7 +257,7 @@ def scene_of(options):
     """The case requested, its parameters as given, and its scene."""
     case = case_of(options)
     with quiet(options):
-        values = case.read(given(options, case.parameters))
+        values = case.read(texts_of(options, case.parameters))
         scene = case.scene(**values)
     scene.origin["command"] = getattr(options, "line", "")
     return case, values, scene

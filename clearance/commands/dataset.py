@@ -5,10 +5,10 @@ from pathlib import Path
 from clearance.commands.common import (
     case_of,
     case_options,
-    given,
     seed_of,
     show,
     taken,
+    texts_of,
 )
 from clearance.commands.fit import lowpass
 from clearance.commands.sweep import going_on
@@ -47,7 +47,7 @@ def run(options) -> int:
     from clearance.sweeping.points import range_from_words
 
     case, ranges, fixed = case_of(options), {}, {}
-    for name, text in given(options, case.parameters).items():
+    for name, text in texts_of(options, case.parameters).items():
         parameter = case.parameters[name]
         if ":" in text:
             ranges[name] = range_from_words(parameter, text)

@@ -50,8 +50,8 @@ def run(options) -> int:
     return show(options, report, lines)
 
 
-def _listed(what: str, items: list[str]) -> str:
+def _listed(head: str, items: list[str]) -> str:
     """A line of items, in lines below one another."""
     return textwrap.fill(
-        f"  {what:<10} {', '.join(items)}", 110, subsequent_indent=13 * " ", break_long_words=False
+        f"  {head:<10} {', '.join(items)}", 110, subsequent_indent=13 * " ", break_long_words=False
     )

@@ -7,7 +7,6 @@ from clearance.commands.common import (
     Line,
     case_of,
     case_options,
-    given,
     listed,
     make_folder,
     number,
@@ -15,6 +14,7 @@ from clearance.commands.common import (
     share,
     show,
     taken,
+    texts_of,
 )
 from clearance.run.interrupts import terminable
 from clearance.values.units import unit_in, written
@@ -61,7 +61,7 @@ def run(options) -> int:
     from clearance.motions.follow import follow
 
     case = case_of(options)
-    texts = given(options, case.parameters)
+    texts = texts_of(options, case.parameters)
     name, ends, fixed = _range(case, texts)
     unit = unit_in(texts[name])
     _check(options)

@@ -9,11 +9,11 @@ from clearance.commands.common import (
     FAILED,
     case_of,
     case_options,
-    given,
     pair,
     quiet,
     show,
     taken,
+    texts_of,
 )
 from clearance.commands.sweep import OF_MANY, RUNS, going_on
 from clearance.values import checks
@@ -77,7 +77,7 @@ def _parameters(options, case) -> tuple[dict, dict]:
     """Distributions and values of the command line. Raises ValueError naming the parameter."""
     from clearance.sweeping.scatter import from_words, of_fit
 
-    spread, fixed, texts = {}, {}, given(options, case.parameters)
+    spread, fixed, texts = {}, {}, texts_of(options, case.parameters)
     fits = {n: t for n, t in texts.items() if case.takes_fit(n, t)}
     for name, text in texts.items():
         if name in fits:

@@ -19,13 +19,13 @@ from clearance.commands.common import (
     case_options,
     channel_patterns,
     complain,
-    given,
     log_to_terminal,
     noted,
     number,
     quiet,
     show,
     taken,
+    texts_of,
 )
 from clearance.run.interrupts import terminable
 from clearance.values.units import behind, unit_in
@@ -162,7 +162,7 @@ def _points(options, case):
     """Points and fixed parameters of the command line."""
     from clearance.sweeping.points import range_from_words, sampled
 
-    texts = given(options, case.parameters)
+    texts = texts_of(options, case.parameters)
     together = [tuple(n.strip() for n in group.split(",")) for group in options.zip]
     if options.sample is None:
         for name, value in (("--kind", options.kind), ("--seed", options.seed)):
@@ -185,7 +185,7 @@ def grid_of(options, case, together=()):
     """Points of a grid and fixed parameters; together: names whose lists go together."""
     from clearance.sweeping.points import ONE, from_words, grid, zipped
 
-    texts = given(options, case.parameters)
+    texts = texts_of(options, case.parameters)
     values = {
         n: from_words(case.parameters[n], _listed(case, texts, n))
         for n, text in texts.items()
@@ -240,7 +240,7 @@ class Progress:
         self.quiet = options.quiet or options.json
         self.terminal = sys.stderr.isatty()
         self.bar = None
-        self.said = time.perf_counter()
+        self.printed = time.perf_counter()
         self.before = 0
 
     def __call__(self, p) -> None:
@@ -251,12 +251,12 @@ class Progress:
             self._say(line)
         if self.terminal:
             self._draw(p)
-        elif time.perf_counter() - self.said > self.every:
-            self.said = time.perf_counter()
-            left = "" if p.left is None else f", {p.left:.0f} s left"
+        elif time.perf_counter() - self.printed > self.every:
+            self.printed = time.perf_counter()
+            remaining = "" if p.left is None else f", {p.left:.0f} s left"
             self._say(
                 f"{p.done} of {p.total} done, {p.failed} failed, {p.running} running, "
-                f"{p.rate:.3g} runs/s{left}"
+                f"{p.rate:.3g} runs/s{remaining}"
             )
 
     def _say(self, line: str) -> None:

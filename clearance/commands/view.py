@@ -55,11 +55,11 @@ def _measured(options, source) -> list:
     from clearance.results.result import open_result
 
     first = (listed(options.channels) or [None])[0]
-    given = {"channels": first, "column": options.column, "settle": options.settle or 0.0}
+    settings = {"channels": first, "column": options.column, "settle": options.settle or 0.0}
     if options.shift is not None:
-        given["shift"] = options.shift
+        settings["shift"] = options.shift
     with open_result(source) as record:
-        return [compare(record, options.measured, **given)]
+        return [compare(record, options.measured, **settings)]
 
 
 def run(options) -> int:

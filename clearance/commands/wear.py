@@ -72,8 +72,8 @@ def run(options) -> int:
     points, fixed = points_of(options)
     if points.columns:
         return _many(options, points, fixed)
-    if given := [n for n, v in taken(options, f"depth {OF_MANY}").items() if v]:
-        name = given[0].replace("_", "-")
+    if misused := [n for n, v in taken(options, f"depth {OF_MANY}").items() if v]:
+        name = misused[0].replace("_", "-")
         raise ValueError(f"--{name} belongs to sweeps of lives: a -p with several values")
     case, values, scene = scene_of(options)
     chosen = taken(options, f"{NAMES} accept_changes")

@@ -13,7 +13,7 @@ from clearance.values.units import labelled
 #: coordinates of a body: its centre of mass and its angle
 ABSOLUTE = ("x", "y", "angle")
 #: of a point in the frame of its body
-PLACE = Number("place [m]", checks.place, usual=((0.0, 100.0),))
+PLACE = Number("place [m]", checks.point, usual=((0.0, 100.0),))
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Body(Described):
     mass: float = number("mass [kg]", checks.positive, usual=((1e-9, 1e6),))
     inertia: float = number("moment of inertia [kg m2]", checks.positive, usual=((1e-18, 1e8),))
     points: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    com: tuple[float, ...] = number("centre of mass [m]", checks.place, (0.0, 0.0), parameter=False)
+    com: tuple[float, ...] = number("centre of mass [m]", checks.point, (0.0, 0.0), parameter=False)
     products: tuple[float, float] = number(
         "products of inertia [kg m2]", checks.pair, (0.0, 0.0), fold=ZERO, parts=("xz", "yz")
     )

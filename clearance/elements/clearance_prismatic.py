@@ -315,7 +315,7 @@ class Block:
         self.touching[sy] += trace.select(touching, 1.0, 0.0)
         self.gap = -depth if self.gap is None else trace.select(self.gap + depth, -depth, self.gap)
         w.spot(joint, begins, rate)
-        self.show(f"gap_{name}", "m", f"gap of corner {name}, {_place(sx, sy)}", -depth)
+        self.show(f"gap_{name}", "m", f"gap of corner {name}, {_corner(sx, sy)}", -depth)
         self.show(f"contact_force_{name}", "N", f"normal contact force on corner {name}", normal)
 
     def _rub(self, name: str, sliding, normal):
@@ -357,6 +357,6 @@ class Block:
 _MODES = ", ".join(f"{i} {name}" for i, name in enumerate(MODES))
 
 
-def _place(sx: float, sy: float) -> str:
+def _corner(sx: float, sy: float) -> str:
     """Place of a corner, in words."""
     return f"{'front' if sx > 0.0 else 'rear'} {'top' if sy > 0.0 else 'bottom'}"

@@ -50,10 +50,10 @@ class WornJournal(Journal):
             self.turn = trace.binary(
                 "atan2", across, pose.cosine * journal.cosine + pose.sine * journal.sine
             )
-        self.place = [ex, ey, self.turn]
+        self.position = [ex, ey, self.turn]
         self.motion = vx + spin_a * ey, vy - spin_a * ex, spin_b - spin_a
         self.worn = self.number("worn")
-        depth, *slopes = m.of_law(joint, "outline", deepest, self.place, self._facts())
+        depth, *slopes = m.of_law(joint, "outline", deepest, self.position, self._facts())
         rate = trace.sum(s * v for s, v in zip(slopes, self.motion, strict=True))
         self.gap = trace.select(self.worn, -depth, self.gap)
         self.approach = trace.select(self.worn, rate, self.outward)
@@ -76,7 +76,7 @@ class WornJournal(Journal):
         transition.
         """
         m, joint, c = self.m, self.joint, self.clearance
-        (x, y, turn), (vx, vy, spin), lift = self.place, self.motion, (0.0, 0.0)
+        (x, y, turn), (vx, vy, spin), lift = self.position, self.motion, (0.0, 0.0)
         if share.film_gap is not None:
             lift = (share.film_gap - self.gap) / c, (1.0 - share.slope) * self.approach / c
         state = [x / c, y / c, vx / c, vy / c, spin, turn, *lift]
@@ -101,7 +101,7 @@ class WornJournal(Journal):
             factor, [self.number(f"asperity/{name}") for name in law.parameters]
         )
         facts = self._facts(roughness=self.number("roughness"))
-        values = self._at_outline(pressed, [*self.place, float(row_of(order))], facts)
+        values = self._at_outline(pressed, [*self.position, float(row_of(order))], facts)
         length = self.number("contact/length")
         return values, strength * length * self.number("radius")
 
@@ -118,7 +118,7 @@ class WornJournal(Journal):
             touching = trace.select(speed + 0.5, 1.0, 0.0)
             depth, speed = m.contact(joint, depth)
         fx, fy, load, moment = m.law(
-            joint, "outline", self.place, self._facts(self.clearance - lift)
+            joint, "outline", self.position, self._facts(self.clearance - lift)
         )
         size = trace.sqrt(fx * fx + fy * fy + 1e-300)
         vx, vy, spin = self.motion
@@ -147,7 +147,7 @@ class WornJournal(Journal):
         if joint.wear or joint.wear_journal:
             speed = abs(self._sliding()[0])
             values = self.clearance - lift, stiffness, speed, *solid
-            w.follow(joint, dict(zip(FOLLOWED, [*self.place, *values], strict=True)))
+            w.follow(joint, dict(zip(FOLLOWED, [*self.position, *values], strict=True)))
             self._wear(normal, speed)
 
     def _lift(self):

@@ -159,8 +159,8 @@ class Model:
             if name in places and isinstance(number, Symbol):
                 self.par[places[name]] = expression(number)
         self.tables, self.starts = self._tabled()
-        for place, start in self.starts.items():
-            self.par[place] = float(start)
+        for index, start in self.starts.items():
+            self.par[index] = float(start)
         spots: list[tuple[Element, Spot]] = scene.spots
         self.reach = [expression(s.reach) for _, s in spots]
         typical = (self.trace.mul(r, mechanism.frequency) for r in self.reach)
@@ -229,8 +229,8 @@ class Model:
             if there.structure is not self.mechanism.structure:
                 return False
             numbers = [there.par[: len(self.par)], there.reach, there.scale]
-            for place, start in self.starts.items():
-                numbers[0][place] = start
+            for index, start in self.starts.items():
+                numbers[0][index] = start
             changed = self.values.copy()
             changed[list(self.symbols).index(name)] = trial
             formed = self._evaluate(changed)
@@ -290,8 +290,8 @@ class Model:
     def needs_clock(self) -> bool:
         """True where kernels need the time for more than angles of drives."""
         time = self._leaf("t")
-        place = self.layout.parameters
-        speeds = {self._leaf(f"par[{place[f'{d.key}/speed']}]") for d in self.driven}
+        index = self.layout.parameters
+        speeds = {self._leaf(f"par[{index[f'{d.key}/speed']}]") for d in self.driven}
         for program in self.programs.values():
             for node in live(program.outputs.values()):
                 if time in node.operands and not (node.op == "mul" and speeds & {*node.operands}):
@@ -313,7 +313,7 @@ class Model:
     @cached_property
     def direction(self) -> list[Value]:
         """Derivatives of the rates and of the outputs along dy, then of drive angles and inputs."""
-        trace, place, layout = self._kernel_trace, self.layout.parameters, self.layout
+        trace, index, layout = self._kernel_trace, self.layout.parameters, self.layout
         seeds = {self._leaf(f"y[{i}]"): self._leaf(f"dy[{i}]") for i in range(layout.length)}
         others = [n for n in self.inputs if n.name not in self.speeds]
         first = layout.length + len(self.driven)
@@ -321,10 +321,10 @@ class Model:
             turned = self._leaf(f"dy[{layout.length + k}]")
             faster = self._leaf(f"dy[{first + k}]")
             along = turned - self._leaf("t") * faster
-            seeds[self._leaf(f"par[{place[f'{drive.key}/start']}]")] = along
-            seeds[self._leaf(f"par[{place[f'{drive.key}/speed']}]")] = faster
+            seeds[self._leaf(f"par[{index[f'{drive.key}/start']}]")] = along
+            seeds[self._leaf(f"par[{index[f'{drive.key}/speed']}]")] = faster
         for k, number in enumerate(others, first + len(self.driven)):
-            seeds[self._leaf(f"par[{place[number.name]}]")] = self._leaf(f"dy[{k}]")
+            seeds[self._leaf(f"par[{index[number.name]}]")] = self._leaf(f"dy[{k}]")
         outputs = [
             *self.programs["rhs"].outputs.values(),
             *self.programs["observe"].outputs.values(),

@@ -83,7 +83,7 @@ def private() -> bool:
     return not os.environ.get("CLEARANCE_STORE")
 
 
-def made(folder: Path) -> bool:
+def ready(folder: Path) -> bool:
     """Make a folder; True where it may be used. Raises OSError where it cannot be made."""
     folder.mkdir(mode=0o700 if private() else 0o777, parents=True, exist_ok=True)
     return usable(folder)
@@ -98,7 +98,7 @@ def put(path: Path, content: bytes) -> None:
     """Write a file, completely or not at all. The log states where a folder takes none."""
     temporary = path.with_suffix(f".{os.getpid()}-{threading.get_ident()}.partial")
     try:
-        if not made(path.parent):
+        if not ready(path.parent):
             return
         mode = 0o600 if private() else 0o644
         os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode))

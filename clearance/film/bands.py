@@ -167,13 +167,13 @@ def long_minimum(cells, source):
     flow = -weighted / resistance
     pressure = 0.0
     lowest = 0.0
-    place = 0
+    column = 0
     for j in range(count):
         flow += source[j]
         pressure += flow / cells[CONDUCTANCE, j]
         if pressure < lowest:
-            lowest, place = pressure, (j + 1) % count
-    return place
+            lowest, column = pressure, (j + 1) % count
+    return column
 
 
 @compiled
@@ -331,10 +331,10 @@ def full_groove(state):
     """The last column whose pressure is given over its full length, or -1."""
     cut = -1
     for j in range(state.shape[0]):
-        given = 0
+        nodes = 0
         for k in range(state.shape[1]):
-            given += state[j, k] == GIVEN
-        if given == state.shape[1]:
+            nodes += state[j, k] == GIVEN
+        if nodes == state.shape[1]:
             cut = j
     return cut
 

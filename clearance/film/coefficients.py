@@ -72,7 +72,7 @@ def film_coefficients(
     radial, tangential = forces(eps, 0.0, turning)
     angle = math.pi - math.atan2(tangential, radial)
     size = bearing.clearance
-    place = size * eps * np.array([math.cos(angle), math.sin(angle)])
+    point = size * eps * np.array([math.cos(angle), math.sin(angle)])
 
     def force(x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Force on the journal in fixed axes."""
@@ -84,7 +84,7 @@ def film_coefficients(
         return parts[0] * along + parts[1] * across
 
     steps = STEP * min(eps, 1.0 - eps) * size * np.array([1.0, turning])
-    matrices = [[_slope(force, place, kind, w * steps[kind]) for w in (1, 0.5)] for kind in (0, 1)]
+    matrices = [[_slope(force, point, kind, w * steps[kind]) for w in (1, 0.5)] for kind in (0, 1)]
     best = [(4.0 * fine - wide) / 3.0 for wide, fine in matrices]
     error = max(
         float(np.abs(m[1] - b).max() / np.abs(b).max()) for m, b in zip(matrices, best, strict=True)
@@ -128,13 +128,13 @@ def _rest(forces: "Forces", load: float, turning: float) -> float:
     return at(brentq(off, low, high, xtol=CLOSE))
 
 
-def _slope(force: Callable, place: np.ndarray, kind: int, step: float) -> np.ndarray:
+def _slope(force: Callable, point: np.ndarray, kind: int, step: float) -> np.ndarray:
     """Minus the derivatives of the force by displacements (kind 0) or rates (kind 1)."""
     columns = []
     for axis in np.eye(2):
         ends = []
         for sign in (1.0, -1.0):
             moved = sign * step * axis
-            ends.append(force(place + moved, np.zeros(2)) if kind == 0 else force(place, moved))
+            ends.append(force(point + moved, np.zeros(2)) if kind == 0 else force(point, moved))
         columns.append((ends[1] - ends[0]) / (2.0 * step))
     return np.stack(columns, axis=1)

@@ -90,8 +90,8 @@ def _over(depths: Sequence[float] | None, clearance: float) -> np.ndarray | None
 
 def _at(depths: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Depths at angles, straight between nodes."""
-    place = angle / (2.0 * math.pi) * (depths.size - 1) % (depths.size - 1)
-    return np.interp(place, np.arange(depths.size), depths)
+    node = angle / (2.0 * math.pi) * (depths.size - 1) % (depths.size - 1)
+    return np.interp(node, np.arange(depths.size), depths)
 
 
 class MemoryFilm:

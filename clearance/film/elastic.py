@@ -37,7 +37,7 @@ def slenderness_of(length: float, radius: float) -> float:
 
 
 @lru_cache(maxsize=16)
-def _made(joint: FilmJoint, settings: tuple):
+def _table_of(joint: FilmJoint, settings: tuple):
     from dataclasses import replace
 
     import numpy as np
@@ -46,9 +46,9 @@ def _made(joint: FilmJoint, settings: tuple):
     from clearance.film.table import between
 
     key = key_of(joint, dict(settings))
-    made = between(key)
-    numbers = np.concatenate([made.numbers, rigid_numbers(key.slenderness)])
-    return replace(made, numbers=numbers)
+    table = between(key)
+    numbers = np.concatenate([table.numbers, rigid_numbers(key.slenderness)])
+    return replace(table, numbers=numbers)
 
 
 #: of layer and material; the lubricant's
@@ -73,7 +73,7 @@ _elastic = DataLaw(
         "linear_in_viscosity": False,
         "through_wall": True,
     },
-    lambda joint, settings: _made(joint, tuple(settings.items())),
+    lambda joint, settings: _table_of(joint, tuple(settings.items())),
 )
 
 _elastic.__module__ = __name__  # where files look for it

@@ -106,7 +106,7 @@ def dry(eps):
     return CONTACT * CONTACT * (beyond * total) ** 3
 
 
-def place(eps, third):
+def gap_at(eps, third):
     """ln g, s, and twice the mean of the rigid gap and its size, 1 - eps far off."""
     h = third * third * third
     beyond, corner = 1.0 - eps, 4.0 * ROUND * h * h
@@ -180,7 +180,7 @@ def looked(data, start, at, parts, x, third, angle):
 
 
 def resolved(eps, radial_rate, entrainment, joint, liner, follows):
-    """C_s / 12, as far as the film feels it, and eps C_w / 12; h^(1/3), `place` and its x there,
+    """C_s / 12, as far as the film feels it, and eps C_w / 12; h^(1/3), `gap_at` and its x there,
     and the angle of the motion.
     """
     unit = joint.viscosity * joint.radius * joint.radius * liner / joint.clearance**3
@@ -190,7 +190,7 @@ def resolved(eps, radial_rate, entrainment, joint, liner, follows):
     radial *= 1.0 - follows * (1.0 - chi)
     log_h = size(radial, part)
     third = math.exp(log_h / 3.0)
-    log_g, s, wide = place(eps, third)
+    log_g, s, wide = gap_at(eps, third)
     _, angle, _ = polar(radial, s * turning)
     return radial, turning, third, log_g, s, wide, across(log_h, log_g), angle
 

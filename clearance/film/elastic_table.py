@@ -77,7 +77,7 @@ class ElasticKey(Inputs):
     cells: tuple[int, ...] = ()
     mesh: tuple[int, ...] = ()
 
-    made = ElasticTable
+    kind = ElasticTable
     blended = ("slenderness", "beta")
     beside = 0.1
     axes = slice(0, HEAD)
@@ -221,7 +221,7 @@ class Films:
         log_h, low, high = 3.0 * math.log(third), 0.0, 2.0
         for _ in range(60):  # x grows with eps
             eps = 0.5 * (low + high)
-            log_g, s, _ = elastic.place(eps, third)
+            log_g, s, _ = elastic.gap_at(eps, third)
             low, high = (eps, high) if elastic.across(log_h, log_g) < x else (low, eps)
         low, high = -80.0, 10.0
         for _ in range(70):  # h grows with the speed
@@ -242,14 +242,14 @@ class Films:
                 rows[i] = self.relative(*state, third, values)
             elif self.key.beta > 0.0:  # no film of thickening oil is squeezed so hard
                 break
-            rows[i, : self.key.faded] *= fade(-elastic.place(state[0], third)[0])
+            rows[i, : self.key.faded] *= fade(-elastic.gap_at(state[0], third)[0])
         rows[0] = np.nan_to_num(rows[0])
         rows[0, : self.key.faded] = 0.0
         return rows
 
     def relative(self, eps, radial, turning, third, values) -> tuple[float, ...]:
         """r_N, r_t, r_K and the logarithms of both films over theirs, from solved values."""
-        log_g, s, wide = elastic.place(eps, third)
+        log_g, s, wide = elastic.gap_at(eps, third)
         _, angle, _ = polar(radial, s * turning)
         still, w_r, w_t, _ = looked_up(self.rigid, 0, -log_g, angle)
         pull, square, tangential = elastic.rigid(still, w_r, w_t, s, radial, turning)
@@ -273,7 +273,7 @@ class Films:
                 for mesh in ((n, nz), (n // 2, nz // 2))
             ]
         motion = 2.0 * turning / (self.unit * max(eps, 1e-2)), radial / self.unit
-        least = 0.5 * CLOSEST * elastic.place(eps, third)[2]
+        least = 0.5 * CLOSEST * elastic.gap_at(eps, third)[2]
         film, twin = self.meshes[third]
         coarse = self._on(twin, least, eps, *motion)
         if coarse is None and self.key.beta > 0.0:  # cheaper to see there

@@ -191,16 +191,16 @@ def supplied(
     at the ends.
     """
     fixed = np.zeros((len(theta), len(zeta)), dtype=bool)
-    given = np.zeros(fixed.shape)
+    supply = np.zeros(fixed.shape)
     for groove in bearing.grooves:
         inside = _inside(groove, theta, zeta)
         pressure = groove.pressure / bearing.pressure_scale
-        if np.any(given[inside & fixed] != pressure):
+        if np.any(supply[inside & fixed] != pressure):
             raise ValueError(f"grooves overlap and differ in pressure: {groove!r}")
         fixed |= inside
-        given[inside] = pressure
-    fixed[:, -1], given[:, -1] = True, 0.0
-    return fixed, given
+        supply[inside] = pressure
+    fixed[:, -1], supply[:, -1] = True, 0.0
+    return fixed, supply
 
 
 # --- films
@@ -238,9 +238,9 @@ class FemFilm:
             self.line = Line(along, intorder=7)
         self.theta, self.zeta = self.ring.nodes, self.line.nodes
         self.shape = len(self.theta), len(self.zeta)
-        fixed, given = supplied(bearing, self.theta, self.zeta)
+        fixed, supply = supplied(bearing, self.theta, self.zeta)
         self.fixed = fixed.ravel()
-        self.given = given.ravel()
+        self.supply = supply.ravel()
 
     def solve(
         self, eccentricity_ratio: float, radial_rate: float, entrainment: float
@@ -294,7 +294,7 @@ class FemFilm:
         dry = np.zeros(self.fixed.size, dtype=bool)
         for earlier in range(MOST):
             free = np.flatnonzero(~(self.fixed | dry))
-            pressure = np.where(dry, lowest, self.given)
+            pressure = np.where(dry, lowest, self.supply)
             pressure[free] = 0.0
             held = (source - matrix @ pressure)[free]
             pressure[free] = _factor(matrix[free][:, free], symmetric=True).solve(held)
@@ -319,11 +319,11 @@ class FemFilm:
         eps, rate, entrainment = state
         middle = self.theta + 0.5 * np.diff(np.append(self.theta, self.theta[0] + TURN))
         through = 6.0 * entrainment * flow_factors(self.bearing, 1.0 + eps * np.cos(middle))[2]
-        left = np.arange(len(self.theta))
+        begin = np.arange(len(self.theta))
         cos = np.cos(self.theta)
-        right = np.roll(left, -1)
-        upstream = np.tile(left if entrainment >= 0.0 else right, 2)
-        flow = np.append(through, -through), (np.append(left, right), upstream)
+        end = np.roll(begin, -1)
+        upstream = np.tile(begin if entrainment >= 0.0 else end, 2)
+        flow = np.append(through, -through), (np.append(begin, end), upstream)
         psi = flow_factors(self.bearing, 1.0 + eps * cos)[1]
         storage = sp.diags_array(12.0 * rate * self.ring.load() * psi * cos)
         around = sp.csr_matrix(flow, shape=storage.shape) + storage
@@ -341,7 +341,7 @@ class FemFilm:
                 "otherwise"
             )
         free = np.flatnonzero(~self.fixed)
-        pressure = np.where(self.fixed, self.given, self.bearing.lowest)
+        pressure = np.where(self.fixed, self.supply, self.bearing.lowest)
         right = (source - matrix @ pressure)[free]
         inner = matrix[free][:, free]
         moved = carrier[free][:, free]
@@ -366,7 +366,7 @@ class FemFilm:
         """The field of a change from full gaps at the lowest pressure, on the free nodes."""
         if not np.all(change[~full] >= -1.0 - SLACK):
             raise ValueError(f"film: no oil content between 0 and 1 found; {NO_CONTENT}")
-        pressure = np.where(self.fixed, self.given, self.bearing.lowest)
+        pressure = np.where(self.fixed, self.supply, self.bearing.lowest)
         content = np.ones(self.fixed.size)
         wet = np.ones(self.fixed.size, dtype=bool)
         pressure[free[full]] += change[full]

@@ -56,9 +56,9 @@ def splines(t):
     return bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t)
 
 
-def cell(place, last):
+def cell(position, last):
     """Number of a cell, at most the last, for a place in units of cells; the place inside it."""
-    x = min(place, last + 1.0)
+    x = min(position, last + 1.0)
     i = min(int(x), last)
     return i, x - i
 

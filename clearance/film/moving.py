@@ -281,7 +281,7 @@ def assemble(factors, pressure, terms, grid):
                         else:
                             corner[k, m] += value
     for j in range(columns):
-        place = (j + 1) % columns * inner
+        row = (j + 1) % columns * inner
         for k in range(inner):
             value = 0.0
             if not grid.free[j, k]:
@@ -289,8 +289,8 @@ def assemble(factors, pressure, terms, grid):
             elif grid.kind == REYNOLDS:
                 x = SHIFT - (pressure[j, k] - grid.lowest) / terms.delta[j]
                 value = terms.positive[j] * grid.load[k] / terms.delta[j] / (1.0 + math.exp(-x))
-            if place < count:
-                band[place + k, 0] += value
+            if row < count:
+                band[row + k, 0] += value
             else:
                 corner[k, k] += value
 
@@ -303,16 +303,16 @@ def correct(change, factors, field, grid):
     reach = factors.band.shape[1] - 1
     x = np.zeros(last + reach + inner)
     for j in range(columns):
-        place = (j + 1) % columns * inner
-        place += reach if place == last else 0
+        row = (j + 1) % columns * inner
+        row += reach if row == last else 0
         for k in range(inner):
-            x[place + k] = field[j, k] if grid.free[j, k] else 0.0
+            x[row + k] = field[j, k] if grid.free[j, k] else 0.0
     substitute(factors, x)
     for j in range(columns):
-        place = (j + 1) % columns * inner
-        place += reach if place == last else 0
+        row = (j + 1) % columns * inner
+        row += reach if row == last else 0
         for k in range(inner):
-            change[j, k] = x[place + k]
+            change[j, k] = x[row + k]
 
 
 @compiled
@@ -324,7 +324,7 @@ def settle(pressure, terms, grid, factors, fresh):
     before = 0.0
     systems = 0
     step = np.zeros(pressure.shape)
-    for made in range(1, MOST + 1):
+    for corrections in range(1, MOST + 1):
         if fresh:
             assemble(factors, pressure, terms, grid)
             factorise(factors)
@@ -337,7 +337,7 @@ def settle(pressure, terms, grid, factors, fresh):
         rate = size / before if before > 0.0 else 1.0
         linear = fresh and grid.kind != REYNOLDS
         if linear or size * max(rate, LEAST_RATE) < DONE:
-            return made, systems
+            return corrections, systems
         fresh = size > FAR or (before > 0.0 and rate > SLOW)
         before = size
     return 0, systems
@@ -407,9 +407,9 @@ def _grid(
     stiffness = line.stiffness().toarray()
     columns, zeta, shapes = ring.nodes, line.nodes, ring.basis.basis
     order = [0, 2, 1]  # of the shapes of a cell: left, middle, right
-    fixed, given = supplied(bearing, columns % TURN, zeta)
+    fixed, supply = supplied(bearing, columns % TURN, zeta)
     for node in np.argwhere(fixed):
-        given[*node] = reduced(given[*node], bearing.oil)[0]
+        supply[*node] = reduced(supply[*node], bearing.oil)[0]
     grid = Grid(
         places=ring.points.reshape(ring.basis.dx.shape),
         weights=np.ascontiguousarray(ring.basis.dx),
@@ -427,7 +427,7 @@ def _grid(
         oil=bearing.oil,
         filled=filled,
     )
-    return grid, columns, zeta, given
+    return grid, columns, zeta, supply
 
 
 def _unmoved(theta: np.ndarray, a: float, start: float) -> np.ndarray:
@@ -465,7 +465,7 @@ class MovingFilm:
             raise ValueError(f"a film without memory has no cavitation {bearing.cavitation!r}")
         self.bearing = bearing
         self.mesh = check_mesh(mesh or mesh_for(bearing.slenderness))
-        self.grid, self.nodes, self.zeta, self.given = _grid(bearing, self.mesh, drag == RING)
+        self.grid, self.nodes, self.zeta, self.supply = _grid(bearing, self.mesh, drag == RING)
         inner = len(self.zeta) - 1
         count = (len(self.nodes) - 1) * inner
         self.factors = Factors(
@@ -477,7 +477,7 @@ class MovingFilm:
 
     def reset(self) -> None:
         """Forget the last solution."""
-        self.pressure = self.given.copy()
+        self.pressure = self.supply.copy()
         self.fresh = True
         self.responses = None
         self.state = None
@@ -492,15 +492,15 @@ class MovingFilm:
         if self.responses is not None:
             for moved, response in zip(state - self.state, self.responses, strict=True):
                 self.pressure += moved * response
-        made, systems = settle(self.pressure, terms, self.grid, self.factors, self.fresh)
-        if not made:
+        corrections, systems = settle(self.pressure, terms, self.grid, self.factors, self.fresh)
+        if not corrections:
             self.reset()
-            made, more = settle(self.pressure, terms, self.grid, self.factors, True)
+            corrections, more = settle(self.pressure, terms, self.grid, self.factors, True)
             systems += more
         self.solutions += 1
-        self.corrections += made
+        self.corrections += corrections
         self.systems += systems
-        if not made:
+        if not corrections:
             self.reset()
             raise RuntimeError(f"film: no pressure settled in {MOST} corrections at {tuple(state)}")
         self.fresh, self.state = False, state

@@ -123,7 +123,7 @@ class FilmAnswer(Callback):
 
             self.film = FastFilm(bearing, mesh)
             self.filled = drag == RING
-        self.asked, self.answered, self.found = None, VALUE, None
+        self.asked, self.answered, self.rows = None, VALUE, None
         super().__init__(3, 4, self._solve)
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
@@ -136,20 +136,20 @@ class FilmAnswer(Callback):
 
     def _solve(self, wanted: float, state: list[float]):
         if state == self.asked and wanted <= self.answered:
-            return self.found
+            return self.rows
         motion = min(state[0], NEAREST), *state[1:]
         if wanted == VALUE:
-            self.found = self.film.outputs(*motion)[:, None]
+            self.rows = self.film.outputs(*motion)[:, None]
         else:
-            self.found = self.film.linearised(*motion)
+            self.rows = self.film.linearised(*motion)
         if self.filled:
             gap = 1.0 - motion[0] * motion[0]
             shear = 2.0 * math.pi / math.sqrt(gap)
-            self.found[2] = [shear, shear * motion[0] / gap, 0.0, 0.0][: self.found.shape[1]]
+            self.rows[2] = [shear, shear * motion[0] / gap, 0.0, 0.0][: self.rows.shape[1]]
         if wanted != VALUE and motion[0] < state[0]:
-            self.found[:, 1] = 0.0
+            self.rows[:, 1] = 0.0
         self.asked, self.answered = list(state), wanted
-        return self.found
+        return self.rows
 
 
 class MemoryAnswer(Callback):
@@ -183,7 +183,7 @@ class MemoryAnswer(Callback):
         """Back to the start of a run: full of oil."""
         super().reset()
         self.film.reset()
-        self.now, self.asked, self.found, self.worst = 0.0, None, None, 0.0
+        self.now, self.asked, self.rows, self.worst = 0.0, None, None, 0.0
         self.answered, self.still = VALUE, False
 
     def _solve(self, wanted: float, state: list[float]):
@@ -201,10 +201,10 @@ class MemoryAnswer(Callback):
             if wanted == SLOPES and (lift or lift_rate):
                 slopes = self._by_lift(motion, elapsed, angle, lift, lift_rate)
             # Newton's method moves neither angle nor time
-            self.found = [[*row, 0.0, *by, 0.0] for row, by in zip(solved, slopes, strict=True)]
+            self.rows = [[*row, 0.0, *by, 0.0] for row, by in zip(solved, slopes, strict=True)]
             self.asked = list(state)
             self.answered = wanted
-        return self.found
+        return self.rows
 
     def _by_lift(self, motion, elapsed: float, angle: float, *lift: float) -> list[tuple]:
         """Derivatives by lift and its rate, from differences."""

@@ -56,7 +56,7 @@ def wetted(wet, tau, y, size, unresolved):
     return flooded + share * (wet - flooded)
 
 
-def _made(face: PadFace, settings: dict):
+def _table_of(face: PadFace, settings: dict):
     from clearance.film.pad_table import PadKey
     from clearance.film.table import between
 
@@ -64,7 +64,7 @@ def _made(face: PadFace, settings: dict):
     return between(PadKey(slenderness, settings["nodes"], settings["mesh"]))
 
 
-_pad_table = DataLaw(pad, pad_table, {}, _made)
+_pad_table = DataLaw(pad, pad_table, {}, _table_of)
 
 
 def pad_film(*, nodes: int = NODES, mesh: tuple[int, int] = MESH) -> BoundLaw:

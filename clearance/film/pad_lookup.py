@@ -15,13 +15,13 @@ def looked_up(data, start, y, angle):
     """The three splines w, k, A of `pad_table` at y and theta; linear in y beyond the nodes."""
     last = int(data[start]) - 2
     around = int(data[start + 2])
-    place = (y + TOP) * data[start + 1]
-    i, t = cell(max(place, 0.0), last)
+    position = (y + TOP) * data[start + 1]
+    i, t = cell(max(position, 0.0), last)
     z = (angle + math.pi) * data[start + 3]
     j = min(max(int(z), 0), around - 1)
     p, w = splines(t), splines(z - j)
-    below = min(0.5 * place, 0.0)
-    above = max(0.5 * (place - (last + 1.0)), 0.0)
+    below = min(0.5 * position, 0.0)
+    above = max(0.5 * (position - (last + 1.0)), 0.0)
     p = p[0] - below, p[1] - above, p[2] + below, p[3] + above
     line = PARTS * (around + 3)
     at = start + HEAD + i * line + PARTS * j

@@ -37,12 +37,12 @@ def columns(count, tau):
             places[j] = (middle * math.exp(steep * places[j]) - 1.0) / tau
     cells = np.zeros((7, count))
     for j in range(count):
-        left, right = places[j], places[j + 1]
-        h, after = 1.0 + tau * left, 1.0 + tau * right
-        cells[bands.CONDUCTANCE, j] = 2.0 * (h * after) ** 2 / ((right - left) * (h + after))
-        half = 0.5 * (left + right)
-        add_half(cells, j, left, half, tau)
-        add_half(cells, (j + 1) % count, half, right, tau)
+        begin, end = places[j], places[j + 1]
+        h, after = 1.0 + tau * begin, 1.0 + tau * end
+        cells[bands.CONDUCTANCE, j] = 2.0 * (h * after) ** 2 / ((end - begin) * (h + after))
+        half = 0.5 * (begin + end)
+        add_half(cells, j, begin, half, tau)
+        add_half(cells, (j + 1) % count, half, end, tau)
     for row in (bands.COS, bands.SIN, bands.SHEAR):
         cells[row, 0] = 0.0  # the edges have no pressure
     cells[bands.SHEAR, 1] += strip(-1.0, 0.5 * (places[0] + places[1]), tau)
@@ -51,22 +51,22 @@ def columns(count, tau):
 
 
 @compiled
-def strip(left, right, tau):
+def strip(begin, end, tau):
     """Integral of 1/H."""
-    h, after = 1.0 + tau * left, 1.0 + tau * right
-    return math.log(after / h) / tau if tau > LEVEL else 2.0 * (right - left) / (h + after)
+    h, after = 1.0 + tau * begin, 1.0 + tau * end
+    return math.log(after / h) / tau if tau > LEVEL else 2.0 * (end - begin) / (h + after)
 
 
 @compiled
-def add_half(cells, j, left, right, tau):
+def add_half(cells, j, begin, end, tau):
     """Integrals of one and of X, H^3 and 1/H over half a cell."""
-    h = 1.0 + tau * left
-    after = 1.0 + tau * right
-    step = right - left
+    h = 1.0 + tau * begin
+    after = 1.0 + tau * end
+    step = end - begin
     cells[bands.CUBE, j] += 0.25 * step * (h + after) * (h * h + after * after)
     cells[bands.COS, j] += step
-    cells[bands.SIN, j] += 0.5 * step * (left + right)
-    cells[bands.SHEAR, j] += strip(left, right, tau)
+    cells[bands.SIN, j] += 0.5 * step * (begin + end)
+    cells[bands.SHEAR, j] += strip(begin, end, tau)
 
 
 @compiled
@@ -126,7 +126,7 @@ class PadKey(table.Inputs):
     nodes: int = NODES
     mesh: tuple[int, int] = MESH
 
-    made = PadTable
+    kind = PadTable
     blended = ("slenderness",)
     axes = slice(0, HEAD)
     ratio = "a pad, B / 2a"

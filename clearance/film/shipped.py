@@ -23,10 +23,10 @@ def keys() -> list[Key]:
 def main() -> None:
     """Build all, and remove what is of an older solver."""
     tables.SHIPPED.mkdir(exist_ok=True)
-    made = {tables.SHIPPED / tables.path_of(key).name: key for key in keys()}
-    for old in set(tables.SHIPPED.glob("*.npz")) - set(made):
+    files = {tables.SHIPPED / tables.path_of(key).name: key for key in keys()}
+    for old in set(tables.SHIPPED.glob("*.npz")) - set(files):
         old.unlink()
-    for path, key in made.items():
+    for path, key in files.items():
         tables._write(path, key, key.build())
         print(f"{path.name}: L/D {key.slenderness:g}, {path.stat().st_size} bytes")
 

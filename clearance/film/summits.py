@@ -46,12 +46,12 @@ def summits_of(law: BoundLaw, roughness: float, liner: float, clearance: float) 
 @njit(error_model="numpy", forceinline=True, _nrt=False)
 def lifted(gap, summits):
     """Gap between rough surfaces by that between smooth ones, and its slope."""
-    place = (gap - summits[BEGIN]) / summits[STEP]
+    position = (gap - summits[BEGIN]) / summits[STEP]
     last = summits.size - FIRST - 1
-    if place >= last:
+    if position >= last:
         return gap, 1.0
-    if place < 0.0:
+    if position < 0.0:
         return summits[FIRST], 0.0
-    k = FIRST + int(place)
+    k = FIRST + int(position)
     rise = summits[k + 1] - summits[k]
-    return summits[k] + (place - math.floor(place)) * rise, rise / summits[STEP]
+    return summits[k] + (position - math.floor(position)) * rise, rise / summits[STEP]

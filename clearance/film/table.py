@@ -93,7 +93,7 @@ class Inputs:
     """Inputs of a table. slenderness: L/D of a bearing, B / 2a of a pad.
 
     `beside` is the step of the tables that others are interpolated from, in the logarithm.
-    Each kind has `made`, the class of its tables, and the modules of this folder that make them.
+    Each has `kind`, the class of its tables, and the modules of this folder that make them.
     Tables stand between others over `blended` inputs, and those of one grid share the numbers
     `axes`.
     `solved()` gives the `size` numbers, `errors(numbers)` how far they are from the film.
@@ -131,7 +131,7 @@ class Inputs:
         numbers = self.solved()
         if not np.isfinite(numbers).all():
             raise RuntimeError(f"film table of {self}: the solver gave no finite force")
-        return self.made(numbers, *self.errors(numbers))
+        return self.kind(numbers, *self.errors(numbers))
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ class Key(Inputs):
     layers: int = 1
     mesh: tuple[int, int] = MESH
 
-    made = Table
+    kind = Table
     blended = ("slenderness", "thickness")
     axes = slice(1, HEAD)
     ratio = "L/D"
@@ -359,11 +359,11 @@ def spline(values: np.ndarray, begin, end) -> np.ndarray:
         else:
             matrix[row, 0], matrix[row, 2] = -0.5, 0.5
             right[row] = condition
-    made = solve(matrix, right)
+    coefficients = solve(matrix, right)
     for condition, (outer, node, inner) in ((begin, (0, 1, 2)), (end, (n + 1, n, n - 1))):
         if isinstance(condition, str) and condition == "odd":  # exactly: laws divide by the angle
-            made[node], made[outer] = 0.0, -made[inner]
-    return made
+            coefficients[node], coefficients[outer] = 0.0, -coefficients[inner]
+    return coefficients
 
 
 def taus(layers: int) -> np.ndarray:
@@ -395,15 +395,15 @@ def table(key: Key) -> Table:
     Where several processes need a table at once, the first builds it and the others wait.
     """
     path = path_of(key)
-    for place in (SHIPPED / path.name, path):
-        if (made := _read(place, key)) is not None:
-            return made
+    for source in (SHIPPED / path.name, path):
+        if (built := _read(source, key)) is not None:
+            return built
     with store.alone(path):
-        made = _read(path, key, warned=True)
-        if made is None:
-            made = key.build()
-            _write(path, key, made)
-    return made
+        built = _read(path, key, warned=True)
+        if built is None:
+            built = key.build()
+            _write(path, key, built)
+    return built
 
 
 @lru_cache(maxsize=64)
@@ -420,14 +420,14 @@ def between(key) -> Tabulated:
     corners = [(1.0, key)]
     for name in key.blended:
         corners = [corner for share, k in corners for corner in neighbours(share, k, name)]
-    made = [(share, table(k)) for share, k in corners]
-    if len(made) == 1:
-        return made[0][1]
-    numbers = sum(share * t.numbers for share, t in made)
-    numbers[key.axes] = made[0][1].numbers[key.axes]
-    return key.made(
+    tables = [(share, table(k)) for share, k in corners]
+    if len(tables) == 1:
+        return tables[0][1]
+    numbers = sum(share * t.numbers for share, t in tables)
+    numbers[key.axes] = tables[0][1].numbers[key.axes]
+    return key.kind(
         numbers,
-        *(max(e) + 0.5 * key.beside**2 for e in zip(*(t.errors for _, t in made), strict=True)),
+        *(max(e) + 0.5 * key.beside**2 for e in zip(*(t.errors for _, t in tables), strict=True)),
     )
 
 
@@ -438,12 +438,12 @@ def neighbours(share: float, key: Key, name: str) -> list[tuple[float, Key]]:
     value = getattr(key, name)
     if value == 0.0 or math.isclose(value, float(f"{value:.3g}"), rel_tol=1e-9):
         return [(share, key)]
-    place = math.log(value) / key.beside
-    low = math.floor(place)
+    rank = math.log(value) / key.beside
+    low = math.floor(rank)
     pair = (
         replace(key, **{name: float(f"{math.exp(key.beside * k):.9g}")}) for k in (low, low + 1)
     )
-    return list(zip((share * (low + 1 - place), share * (place - low)), pair, strict=True))
+    return list(zip((share * (low + 1 - rank), share * (rank - low)), pair, strict=True))
 
 
 def _read(path: Path, key: Key, warned: bool = False) -> Table | None:
@@ -456,11 +456,11 @@ def _read(path: Path, key: Key, warned: bool = False) -> Table | None:
         return None
     try:
         with np.load(content, allow_pickle=False) as file:
-            made = key.made(file["numbers"], *(float(e) for e in file["errors"]))
-            intact = str(file["digest"]) == digest(key, made)
-        if made.numbers.shape != (key.size,) or not intact:
+            stored = key.kind(file["numbers"], *(float(e) for e in file["errors"]))
+            intact = str(file["digest"]) == digest(key, stored)
+        if stored.numbers.shape != (key.size,) or not intact:
             raise ValueError("not what its key makes")
-        return made
+        return stored
     except Exception as reason:  # noqa: BLE001 - whatever is wrong, it can be made again
         if not warned:
             LOG.warning(
@@ -470,14 +470,14 @@ def _read(path: Path, key: Key, warned: bool = False) -> Table | None:
         return None
 
 
-def digest(key: Key, made: Table) -> str:
+def digest(key: Key, built: Table) -> str:
     """Of what a table was made from and of what it holds."""
-    content = np.concatenate([made.numbers, made.errors]).tobytes()
+    content = np.concatenate([built.numbers, built.errors]).tobytes()
     return hashlib.sha256(key.name().encode() + content).hexdigest()
 
 
-def _write(path: Path, key: Key, made: Table) -> None:
+def _write(path: Path, key: Key, built: Table) -> None:
     """Nobody ever reads half a table. A store that is full costs time only."""
     file = io.BytesIO()
-    np.savez(file, numbers=made.numbers, errors=made.errors, digest=digest(key, made))
+    np.savez(file, numbers=built.numbers, errors=built.errors, digest=digest(key, built))
     sealed.put(path, file.getvalue())

@@ -155,7 +155,7 @@ def key_of(joint: FilmJoint, settings: dict):
     )
 
 
-def _made(joint: FilmJoint, settings: dict):
+def _table_of(joint: FilmJoint, settings: dict):
     from clearance.film.table import between
 
     key = key_of(joint, settings)
@@ -167,14 +167,14 @@ def _filled(key):
     """A table whose shear is that of the filled ring: K = 2 pi, which its splines have exactly."""
     from clearance.film.table import between
 
-    made = between(key)
-    numbers = made.numbers.copy()
+    rigid = between(key)
+    numbers = rigid.numbers.copy()
     layers = key.layers + 2 if key.layers > 1 else 1
     numbers[HEAD + layers + 2 : int(numbers[6]) : 3] = 2.0 * math.pi
-    return replace(made, numbers=numbers)
+    return replace(rigid, numbers=numbers)
 
 
-_table = DataLaw(wet_film, table, {"shown": {"side_flow": (*SIDE_FLOW, side_flow)}}, _made)
+_table = DataLaw(wet_film, table, {"shown": {"side_flow": (*SIDE_FLOW, side_flow)}}, _table_of)
 _table_ambient = DataLaw(
     wet_film,
     table_ambient,
@@ -183,7 +183,7 @@ _table_ambient = DataLaw(
         "shown": {"side_flow": (*SIDE_FLOW, side_flow_ambient)},
         "linear_in_viscosity": False,
     },
-    _made,
+    _table_of,
 )
 
 

@@ -132,11 +132,11 @@ class Heading(NamedTuple):
         kind = ALL_UNITS.get(self.unit, (self.unit or "?",))[0]
         return kind in (self.along, "?") if self.along else kind in ALONG.values()
 
-    def si(self, place: str) -> tuple[str, float]:
+    def si(self, where: str) -> tuple[str, float]:
         """SI unit and factor; the unit is "?" where there is none. Raises ValueError."""
         if self.unit in ("", "-", "1"):
             return "1" if self.unit else "?", 1.0
-        known(f"{place}: column {self.name!r}: unknown unit", self.unit, ALL_UNITS)
+        known(f"{where}: column {self.name!r}: unknown unit", self.unit, ALL_UNITS)
         return ALL_UNITS[self.unit]
 
 

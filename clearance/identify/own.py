@@ -71,12 +71,12 @@ class Own(Model):
     """A model of one's own; made by `model`.
 
     function(record, **numbers) -> (n, 3) [N m], or (n, k) where `predicts` names columns with their
-    units; given: parameters without the lag; difference: relative step of the slopes; lag: whether
+    units; free: parameters without the lag; difference: relative step of the slopes; lag: whether
     a lag of the torque is fitted.
     """
 
     function: Callable
-    given: tuple[Parameter, ...]
+    free: tuple[Parameter, ...]
     predicts: Mapping[str, str] = field(default_factory=dict)
     difference: float = DIFFERENCE
     name: str = "own"
@@ -94,11 +94,11 @@ class Own(Model):
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Fitted parameters, in the order of their vector."""
-        return (*self.given, *([LAG] * self.lag))
+        return (*self.free, *([LAG] * self.lag))
 
     def with_bounds(self, bounds: Bounds) -> "Own":
         """The same with other bounds of some parameters."""
-        return replace(self, given=self.bounded(self.given, bounds, -math.inf))
+        return replace(self, free=self.bounded(self.free, bounds, -math.inf))
 
     def with_lag(self) -> "Own":
         """The same with a lag [s] of the torque.
@@ -207,7 +207,7 @@ def model(
         identifier(f"model {name}: predicts", column.replace("/", "_"))
     difference = positive(f"model {name}: difference", difference)
     if isinstance(function, Law):
-        _check_parameters(name, function.given, function.needed, parameters)
+        _check_parameters(name, function.inputs, function.needed, parameters)
         if function.family not in (joint_friction, joint_bristle):
             families = "joint_friction or joint_bristle"
             raise ValueError(
@@ -296,7 +296,7 @@ class OwnLaw(Driven, Own):
         fitted = {
             n.removeprefix(f"{group}_"): v for n, v in values.items() if n.startswith(f"{group}_")
         }
-        defaults = {n: v for n, v in self.law.parameters.items() if n in self.law.given}
+        defaults = {n: v for n, v in self.law.parameters.items() if n in self.law.inputs}
         return defaults | dict(self.held) | fitted
 
     def facts(self, trial) -> Sequence[float]:

@@ -69,5 +69,5 @@ def weighted(problem: Problem, best: Solved) -> Solved:
 def _along(slopes: np.ndarray, change: np.ndarray) -> float:
     """Size of a change of residuals in the directions that parameters move them."""
     sizes = np.linalg.norm(slopes, axis=0)
-    left, singular, _ = np.linalg.svd(slopes / np.where(sizes > 0.0, sizes, 1.0), False)
-    return float(np.linalg.norm(left[:, singular > ROUNDING].T @ change))
+    basis, singular, _ = np.linalg.svd(slopes / np.where(sizes > 0.0, sizes, 1.0), False)
+    return float(np.linalg.norm(basis[:, singular > ROUNDING].T @ change))

@@ -330,9 +330,9 @@ class Problem(Varying):
             self.reason = str(reason)
             return np.full(self.size, math.nan)
         parts = {}
-        for group, made in zip(self.groups, steps, strict=True):
+        for group, step in zip(self.groups, steps, strict=True):
             for i in group.curves:
-                difference = self.modelled(made.record, i, x) - self.curves[i].measured.values
+                difference = self.modelled(step.record, i, x) - self.curves[i].measured.values
                 parts[i] = difference / self.sigma[i]
         return np.concatenate([parts[i] for i in range(len(self.curves))])
 
@@ -436,15 +436,15 @@ class Problem(Varying):
             self.reason = str(reason)
             return x
         x = x.copy()
-        for group, made in zip(self.groups, steps, strict=True):
+        for group, step in zip(self.groups, steps, strict=True):
             for i in (i for i in group.curves if (i, SHIFT) in self.column):
                 at, values = self.column[i, SHIFT], self.curves[i].measured.values
                 low, high = self.bounds[:, at]
-                if turn := made.record.turn:
+                if turn := step.record.turn:
                     low = -min(self.settle, 0.5) * turn
                     high = low + turn
                 places = np.linspace(low, high, PLACES, endpoint=False)
-                costs = [np.var(self.computed(made.record, i, p) - values) for p in places]
+                costs = [np.var(self.computed(step.record, i, p) - values) for p in places]
                 x[at] = places[int(np.argmin(costs))]
         return x
 

@@ -108,16 +108,18 @@ def by_statistics(
 
     Raises ValueError where runs fail, and where statistics do not outnumber parameters.
     """
-    made, p = TurnStatistics(problem, seed), len(problem.free)
-    if made.measured.size <= p:
-        raise ValueError(f"fit: {made.measured.size} statistics do not determine {p} parameters")
+    statistics, p = TurnStatistics(problem, seed), len(problem.free)
+    if statistics.measured.size <= p:
+        raise ValueError(
+            f"fit: {statistics.measured.size} statistics do not determine {p} parameters"
+        )
     low, high = box = problem.ends.T
     runs: list[tuple[np.ndarray, np.ndarray]] = []
     count = 2 ** math.ceil(math.log2(4 + (p + 1) * (p + 2)))
     for turn in range(ROUNDS):
         for x in problem.spread(count, seed + turn, box):
             try:
-                numbers = made.of(x)
+                numbers = statistics.of(x)
             except NO_RUN as reason:
                 problem.reason = str(reason)
                 continue
@@ -125,20 +127,20 @@ def by_statistics(
                 runs.append((x, numbers))
         if progress is not None:
             progress((turn + 1) / ROUNDS)
-        x, covariance, cost = _least(made, runs, box)
+        x, covariance, cost = _least(statistics, runs, box)
         half = 0.5 * (box[1] - box[0])
         wide = np.maximum(DEVIATIONS * np.sqrt(np.diag(covariance)), SHRUNK * half)
         wide = np.minimum(wide, half)
         box = np.array([np.maximum(x - wide, low), np.minimum(x + wide, high)])
     solved = Solved(np.append(x, problem.middle[p:]), cost, True)
-    return solved, _verdict(problem, made, solved, covariance)
+    return solved, _verdict(problem, statistics, solved, covariance)
 
 
 def _verdict(
-    problem: Problem, made: TurnStatistics, solved: Solved, covariance: np.ndarray
+    problem: Problem, statistics: TurnStatistics, solved: Solved, covariance: np.ndarray
 ) -> Verdict:
     """Intervals from the covariance, inside of the bounds."""
-    count, p = made.measured.size, len(problem.free)
+    count, p = statistics.measured.size, len(problem.free)
     sd = np.sqrt(np.diag(covariance))
     correlated = covariance / np.outer(sd, sd)
     x, wide = solved.x[:p], student(count - p) * sd
@@ -148,7 +150,8 @@ def _verdict(
     probability = float(chdtrc(count - p, 2.0 * solved.cost))
     doubts = [
         f"no trajectory follows the records: they are fitted by {count} statistics of "
-        f"{made.turns} turns, with {TURNS} turns of a run at each of {made.evaluations} points"
+        f"{statistics.turns} turns, with {TURNS} turns of a run at each of "
+        f"{statistics.evaluations} points"
     ]
     if probability < DOUBTFUL:
         doubts.append(f"the model does not fit: chi-square has a probability of {probability:.2g}")
@@ -160,7 +163,7 @@ def _verdict(
 
 
 def _least(
-    made: TurnStatistics, runs: Sequence[tuple[np.ndarray, np.ndarray]], box: np.ndarray
+    statistics: TurnStatistics, runs: Sequence[tuple[np.ndarray, np.ndarray]], box: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Least Q in a box, the covariance there, and half of Q."""
     middle, wide = box.mean(axis=0), 0.5 * np.ptp(box, axis=0)
@@ -168,26 +171,26 @@ def _least(
     near = [(y, rows) for y, rows in near if (np.abs(y) <= 1.0 + EDGE).all()]
     p = wide.size
     if len(near) < (p + 1) * (p + 2) // 2 + 1:
-        raise ValueError(f"fit: too few runs for statistics: {made.problem.reason}")
+        raise ValueError(f"fit: too few runs for statistics: {statistics.problem.reason}")
     points, means = np.array([y for y, _ in near]), np.array([r.mean(axis=0) for _, r in near])
     terms = _terms(points)
     weights, *_ = np.linalg.lstsq(terms, means, rcond=None)
-    gap = np.linalg.norm((means - made.measured) / (means.std(axis=0) + 1e-12), axis=1)
+    gap = np.linalg.norm((means - statistics.measured) / (means.std(axis=0) + 1e-12), axis=1)
     order = np.argsort(gap)
     # of the quadratic: what runs of so many points leave, and what it does not follow
     errors, (count, size) = means - terms @ weights, terms.shape
     of_fit = (errors.T @ errors) / max(count - size, 1) * size / count
-    covariance = _of_turn(near[order[0]][1]) / made.turns + of_fit
+    covariance = _of_turn(near[order[0]][1]) / statistics.turns + of_fit
     root = np.linalg.inv(np.linalg.cholesky(covariance + 1e-14 * np.eye(len(covariance))))
 
     def residuals(y: np.ndarray) -> np.ndarray:
-        return root @ (_terms(y[None])[0] @ weights - made.measured)
+        return root @ (_terms(y[None])[0] @ weights - statistics.measured)
 
     begins, bounds = np.clip(points[order[:3]], -1.0, 1.0), (-1.0 - EDGE, 1.0 + EDGE)
     end = min((least_squares(residuals, y, bounds=bounds) for y in begins), key=lambda e: e.cost)
-    freedom = max(made.measured.size - p, 1)
+    freedom = max(statistics.measured.size - p, 1)
     cost = max(float(end.cost), 0.5 * freedom)  # larger residuals widen the intervals
-    covariance, *_ = spread(end.jac / wide, cost, made.measured.size)
+    covariance, *_ = spread(end.jac / wide, cost, statistics.measured.size)
     return middle + wide * end.x, covariance, float(end.cost)
 
 

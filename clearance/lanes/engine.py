@@ -42,9 +42,9 @@ class PieceLowering(Lanes):
         build, kernel = self.builder, self.entries[function]
         time, inputs, outputs = (self._room(n) for n in (1, len(args) - 1, function.count))
         self.arrays |= {"time": time, "inputs": inputs, "outputs": outputs}
-        build.store(args[0], self.place("time", 0), align=8)
+        build.store(args[0], self.entry("time", 0), align=8)
         for i, value in enumerate(args[1:]):
-            build.store(self.number(value), self.place("inputs", i), align=8)
+            build.store(self.number(value), self.entry("inputs", i), align=8)
         arrays = self.arrays
         build.call(kernel, [time, inputs, arrays["par"], arrays["work"], outputs, arrays["data"]])
         result = self.structure(function.count)(ir.Undefined)
@@ -73,7 +73,7 @@ class PieceLowering(Lanes):
             for on in masks:
                 value = self.builder.select(self.value(on), value, self.load("s", row))
                 value = self.builder.call(fence, [value])
-            self.builder.store(value, self.place("s", row), align=8)
+            self.builder.store(value, self.entry("s", row), align=8)
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,7 +41,7 @@ class Folding(Expansion):
         super().__init__()
         self.par, self.shared = par, set(places)
         self.numbers = {i: float(par[i]) for i in [*places, *tables]}
-        self._made: dict[tuple, Function] = {}
+        self._copies: dict[tuple, Function] = {}
 
     def program(self, program: Program) -> Program:
         """A kernel with constants."""
@@ -63,10 +63,10 @@ class Folding(Expansion):
         if not isinstance(function, Function) or function.short:
             return super()._called(function, args, trace)
         constants = tuple((i, a) for i, a in enumerate(args) if is_number(a))
-        if (function, constants) not in self._made:
-            self._made[function, constants] = self._with(function, dict(constants))
+        if (function, constants) not in self._copies:
+            self._copies[function, constants] = self._with(function, dict(constants))
         moving = [a for a in args if isinstance(a, Scalar)]
-        return trace.call(self._made[function, constants], moving)
+        return trace.call(self._copies[function, constants], moving)
 
     def _with(self, function: Function, constants: dict[int, float]) -> Function:
         """A function that has some of its arguments."""

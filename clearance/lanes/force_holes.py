@@ -42,7 +42,7 @@ class ForceHoles:
         par = np.array([number(name, self.default[name]) for name in self.names])
         y = np.array([2.0 * frequency, np.zeros_like(wanted), wanted])
         work, count = np.zeros((1, len(wanted))), len(KERNELS["scans"][1])
-        _, _, highest, left, _, where = evaluated(
+        _, _, highest, bottom, _, where = evaluated(
             self.scans, self.width, (y, par, work), count, data
         )
-        return met(highest, left, where, wanted, reached)
+        return met(highest, bottom, where, wanted, reached)

@@ -30,7 +30,7 @@ BLOCK = 64  # bytes that rows are aligned to
 IMPACTS = 4096  # rows of contacts that are taken in at a time
 COUNTS = ("status", "steps", "rejected")
 #: numbers of a point beside its states and parameters: a row for each
-NUMBERS = ("rtol", "longest", "own")
+NUMBERS = ("rtol", "longest", "numbers")
 #: of films, with their columns in the contacts of a run
 FILMS = {"clearance": CLEARANCE, "pull": PULL, "rate_x": RATE_X, "rate_y": RATE_Y}
 
@@ -85,9 +85,9 @@ class Points:
     y: start states with the ledger; scale: natural sizes of states; par: parameters, without
         tables; work: the work vector and one more; clearance, pull, rate_x, rate_y: of films
         (films, points); longest: step [s]; begin, until: of the window and of the run, turn: length
-        of a turn [s]; frequency: typical one [rad/s]; own: numbers that reductions may read;
+        of a turn [s]; frequency: typical one [rad/s]; numbers: those that reductions may read;
         tables: those of each point (points, numbers), or of all (numbers,), where they are not the
-        group's; given: numbers of each sample, likewise (points, numbers, samples); rtol: where
+        group's; ideal: numbers of each sample, likewise (points, numbers, samples); rtol: where
         it is not the group's; ends: of the turns, where these differ in length (points, turns) [s];
         length: of the runs whose first turns these are [s].
     """
@@ -102,9 +102,9 @@ class Points:
     until: np.ndarray
     turn: np.ndarray
     frequency: np.ndarray
-    own: np.ndarray
+    numbers: np.ndarray
     tables: np.ndarray | None = None
-    given: np.ndarray | None = None
+    ideal: np.ndarray | None = None
     rtol: float | np.ndarray | None = None
     ends: np.ndarray | None = None
     length: np.ndarray | None = None
@@ -143,7 +143,7 @@ class Group:
     """Runs of one structure with one method, tolerance and number of samples.
 
     channels: outputs that are looked at, to which the watch refers; data: parameter vector of one
-        of them, with the tables behind; given: numbers of each sample (numbers, samples); shared:
+        of them, with the tables behind; ideal: numbers of each sample (numbers, samples); shared:
         places of the parameters that are the same in all runs; starts: those that point to tables,
         where each run has its own; moving: places of the numbers of tables that runs may change.
     """
@@ -156,7 +156,7 @@ class Group:
         samples: int,
         watch: Watch,
         channels: list[int],
-        given: np.ndarray,
+        ideal: np.ndarray,
         width: int | None = None,
         shared: Sequence[int] = (),
         starts: Sequence[int] = (),
@@ -167,7 +167,7 @@ class Group:
         self.watch, self.samples, self.rtol = watch, samples, rtol
         self.structure, self.width = mechanism.structure, width or natural_width()
         self.data = np.append(mechanism.par, np.zeros(BLOCK))
-        self.given = np.ascontiguousarray(given, float).reshape(watch.given, samples)
+        self.ideal = np.ascontiguousarray(ideal, float).reshape(watch.ideal, samples)
         self.starts = list(starts)
         self.tables = len(mechanism.layout.parameters) + mechanism.layout.derived
         alike = sorted(set(shared) - set(starts))
@@ -211,7 +211,7 @@ class Group:
             points.work,
             rtol,
             points.longest[None],
-            points.own,
+            points.numbers,
         ]
         if self.shape.films:
             parts += [points.films[name] for name in FILMS]
@@ -254,7 +254,7 @@ class Group:
             "data": data,
             "spans": self._spans(points),
             "ends": np.zeros((1, 0)) if points.ends is None else points.ends,
-            "given": self.given[None] if points.given is None else points.given,
+            "ideal": self.ideal[None] if points.ideal is None else points.ideal,
             "gathered": gathered,
             "energies": energies,
             "results": np.zeros((count, len(gathered) + 3)),
@@ -318,7 +318,7 @@ class Driver:
     def _numbers(self, waiting: np.ndarray) -> Arrays:
         """Arrays of this driver, see queue.ARRAYS."""
         group, rows, width = self.group, self.group.engine.rows, self.group.width
-        common = [*rows.places("par"), *rows.places("work"), *rows.places("own")]
+        common = [*rows.places("par"), *rows.places("work"), *rows.places("numbers")]
         common += rows.places("y")[group.shape.states :]
         means = (
             queue.TIMED if r.timed else queue.STEPPED if r.stepped else r.mean

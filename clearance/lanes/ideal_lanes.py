@@ -60,17 +60,17 @@ class IdealMotions:
             rows += [x * dx + y * dy, (ax * dx + ay * dy) * self.rate**2]
         return np.ascontiguousarray(np.moveaxis(rows, -1, 0))
 
-    def compare(self, run: Run, given: np.ndarray) -> None:
+    def compare(self, run: Run, ideal: np.ndarray) -> None:
         """Raises NotForLanes where the ideal motion of a run is not that which lanes have of it.
 
-        given: as of `along`.
+        ideal: as of `along`.
         """
         described = run.mechanism.scene.description()
         single = ideal_motion(run.mechanism.scene, run.span, described)
         rows = [row for pair in (single or {}).values() for row in pair]
         scale = [1.0, (self.rate / rate_of(described)) ** 2] * len(self.slides)
-        for row, values, share in zip(rows, given, scale, strict=False):
+        for row, values, share in zip(rows, ideal, scale, strict=False):
             if not np.allclose(row * share, values, rtol=0.0, atol=SAME * np.abs(values).max()):
                 raise NotForLanes("ideal motions do not follow from the parameters")
-        if len(rows) < len(given):
+        if len(rows) < len(ideal):
             raise NotForLanes("a point has no ideal motion")

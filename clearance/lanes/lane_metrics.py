@@ -172,12 +172,12 @@ class Wanted(Reductions, Turns):
         self.reductions[f"{joint['name']} contact"] = Reduction(touching, stepped=True, timed=True)
         yield contact_fraction(joint["name"], 1.0)
 
-    def watch(self, given: int, extra: int) -> Watch:
+    def watch(self, ideal: int, extra: int) -> Watch:
         return Watch(
             tuple(self.quantities.values()),
             tuple(self.reductions.values()),
             tuple(self.tracks.values()),
-            given,
+            ideal,
             extra,
         )
 
@@ -343,7 +343,7 @@ class LaneMetrics:
             self._want_located(run)
 
     @property
-    def given(self) -> np.ndarray:
+    def ideal_rows(self) -> np.ndarray:
         """Ideal motions at each sample, which reductions are given: (numbers, samples)."""
         rows = [row for pair in (self.ideal or {}).values() for row in pair]
         return np.array(rows).reshape(len(rows), self.span.samples)
@@ -386,11 +386,11 @@ class LaneMetrics:
         self.window, self.turns = window, window.turns
         self.past = 1 + round(self.turned[0])  # the first is the entire run
 
-    def _whole_turns(self, made: float) -> tuple[float, int]:
+    def _whole_turns(self, turns: float) -> tuple[float, int]:
         """Turns that are left out, and complete ones after them, of those made; see `Window.of`."""
-        made *= 1.0 + ROUNDING
-        settle = float(made >= 2.0) if self.settle is None else self.settle
-        return settle, math.floor(made - settle)
+        turns *= 1.0 + ROUNDING
+        settle = float(turns >= 2.0) if self.settle is None else self.settle
+        return settle, math.floor(turns - settle)
 
     def ends_of_turns(self, answers: Answers, points: Points) -> tuple[np.ndarray, np.ndarray]:
         """Ends of turns of finite drives (points, turns) [s], by their angles, up to the last that
@@ -495,8 +495,8 @@ class LaneMetrics:
         """
         moved = (answers.states != points.y.T).any(axis=1)
         good = moved & (answers.status == status.DONE) & ~self._deep(answers, points)
-        if points.given is not None:
-            good &= np.isfinite(points.given).all(axis=(1, 2))
+        if points.ideal is not None:
+            good &= np.isfinite(points.ideal).all(axis=(1, 2))
         if "energy/residual_max" not in self.wanted.quantities:
             return good
         low, high, least, most = (

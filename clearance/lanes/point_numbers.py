@@ -172,8 +172,8 @@ class PointNumbers:
         """
         mechanism, sizes = self.run.mechanism, np.zeros(sum(self.sizes))
         for drive in mechanism.scene.drives:
-            if (place := mechanism.layout.parameters.get(f"{drive.key}/start")) is not None:
-                sizes[place] = mechanism.start.size if drive.slides else 1.0
+            if (index := mechanism.layout.parameters.get(f"{drive.key}/start")) is not None:
+                sizes[index] = mechanism.start.size if drive.slides else 1.0
         first = self.sizes[0]
         sizes[first : first + mechanism.size] = mechanism.scale
         return sizes

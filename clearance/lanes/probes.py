@@ -27,7 +27,7 @@ def met_inside(piece, shape, entries, polynomial: list):
     """
     t, h, y, n = piece["t"], piece["h"], piece.all("y"), shape.states
     places = [p / PROBES for p in range(1, PROBES)]
-    moved = (piece.along(polynomial, place, n) for place in places)
+    moved = (piece.along(polynomial, share, n) for share in places)
     inner = [
         piece.call(entries.spots, t + h * p, [*map(add, y, way), *y[n:]])
         for p, way in zip(places, moved, strict=True)

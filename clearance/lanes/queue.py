@@ -41,7 +41,7 @@ WAITING = 0.75  # share of the lanes that wait for the end of their step, when i
 ROWS = (
     "phase status t end begun last_h steps rejected sample_time sample_theta share "
     "inner_time inner_theta within value last next between search found seen tracks sums "
-    "summands at_begin at_middle at_end refine given sample_base y h step rtol work aimed "
+    "summands at_begin at_middle at_end refine ideal sample_base y h step rtol work aimed "
     "event begins ends probes new slope"
 )
 
@@ -90,7 +90,7 @@ def layout(*, width: int, quantities: int, contacts: int) -> np.dtype:
 #: of its run (W, rows, W); data: tables; blank: rows of a lane before its point; where, points:
 #: rows that a point sets, and its numbers (points, rows); common: rows that all places of a run
 #: share; spans: columns BEGIN to TURN; ends: of the turns, where these are no TURN each (points,
-#: turns), else empty; given: of each sample (points or 1, numbers, samples);
+#: turns), else empty; ideal: of each sample (points or 1, numbers, samples);
 #: waiting: places of the points; gathered: rows stored; energies: places in the state, stored at
 #: the end of each turn in ledgers (points, turns, energies); extremes: (points, turns, quantities);
 #: totals: (points, turns, reductions), those over steps since the window's begin; results: (points,
@@ -110,7 +110,7 @@ ARRAYS = {
     "common": INTEGERS,
     "spans": MATRIX,
     "ends": MATRIX,
-    "given": CUBE,
+    "ideal": CUBE,
     "waiting": INTEGERS,
     "gathered": INTEGERS,
     "energies": INTEGERS,
@@ -271,8 +271,8 @@ def draw(s, lane):
         side[s.sample_theta_row, k] = side[s.sample_theta_row, 0]
         for i in range(s.held):
             side[s.sample_base_row + i, k] = side[s.sample_base_row + i, 0]
-        for i in range(s.given.shape[1]):
-            side[s.given_row + i, k] = side[s.given_row + i, 0]
+        for i in range(s.ideal.shape[1]):
+            side[s.ideal_row + i, k] = side[s.ideal_row + i, 0]
     call(s, CALL_SAMPLE, side)
     for i in range(s.tracks.shape[1]):
         for k in range(count):
@@ -287,9 +287,9 @@ def hold(s, lane, time, theta, share, index):
     copy_step(s, HOLD, lane, column)
     side[s.sample_theta_row, column], side[s.sample_time_row, column] = theta, time
     side[s.share_row, column] = share
-    of = min(int(s.progress[lane, POINT]), s.given.shape[0] - 1)
-    for i in range(s.given.shape[1]):
-        side[s.given_row + i, column] = s.given[of, i, index]
+    of = min(int(s.progress[lane, POINT]), s.ideal.shape[0] - 1)
+    for i in range(s.ideal.shape[1]):
+        side[s.ideal_row + i, column] = s.ideal[of, i, index]
     s.drawn[lane, column] = index
     s.progress[lane, DRAWN] = column + 1.0
     if column + 1 == side.shape[1]:
@@ -361,7 +361,7 @@ def summit(q):
 
 
 @shared
-def found(q, stage, theta, value):
+def go_on(q, stage, theta, value):
     """Go on with a search: the value at a place that was looked at is known."""
     if q[STAGE] == OVER:  # the sides of a summit that is near enough
         return
@@ -428,7 +428,7 @@ def search(s, lane):
         see(s, lane, columns)
         for k in range(columns):
             i = s.places[k]
-            found(s.searches[i], s.stages[k], s.thetas[k], s.sides[lane, s.seen_row + i, k])
+            go_on(s.searches[i], s.stages[k], s.thetas[k], s.sides[lane, s.seen_row + i, k])
         columns = asked(s, lane)
 
 

@@ -119,6 +119,6 @@ def points_of(run: Run, starts: np.ndarray) -> Points:
         until=alike(run.span.until)[0],
         turn=alike(mechanism.scene.turn)[0],
         frequency=alike(mechanism.frequency)[0],
-        own=np.zeros((0, count)),
+        numbers=np.zeros((0, count)),
         rtol=run.rtol,
     )

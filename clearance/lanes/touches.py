@@ -91,14 +91,14 @@ def first_event(s, lane, h):
     is none.
     """
     for p in range(PROBES):
-        best, place = -1, 2.0
+        best, first = -1, 2.0
         for k in range(s.kinds.size):
             low, high = probed(s, lane, k, p), probed(s, lane, k, p + 1)
             share = crossing(low, high, h / PROBES, beyond(s, lane, k), s.bands[k])
-            if share < place:
-                best, place = k, share
+            if share < first:
+                best, first = k, share
         if best >= 0:
-            return best, (p + place) / PROBES
+            return best, (p + first) / PROBES
     return -1, 2.0
 
 
@@ -193,10 +193,10 @@ def aim(address, lane):
     s = lanes_at(address)
     seek, rows = s.seeks[lane], s.rows
     h, t = rows[s.h_row, lane], rows[s.t_row, lane]
-    event, place = first_event(s, lane, h)
+    event, share = first_event(s, lane, h)
     seek[MET], seek[SPOT] = 0.0, event
     rows[s.aimed_row, lane] = 1.0
-    if event < 0 or place * h <= RESOLVED * max(t, h):
+    if event < 0 or share * h <= RESOLVED * max(t, h):
         if event >= 0 and s.kinds[event] == CONTACT:  # it is where the step begins
             seek[FLIPS] += 1.0
             rows[s.aimed_row, lane] = 0.0
@@ -210,7 +210,7 @@ def aim(address, lane):
         return 0
     seek[SIGN], seek[LOW], seek[HIGH], seek[PASSED] = beyond(s, lane, event), 0.0, h, 0.0
     seek[TRIALS], seek[PROPOSAL] = 0.0, h
-    rows[s.h_row, lane] = place * h
+    rows[s.h_row, lane] = share * h
     rows[s.phase_row, lane] = s.then
     return 0
 

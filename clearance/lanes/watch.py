@@ -40,7 +40,7 @@ class Quantity:
 class Reduction:
     """Mean over time of samples, or their largest value.
 
-    value(piece, outputs, ideal, own): traced, from the outputs, ideal motions at the sample, and
+    value(piece, outputs, ideal, numbers): traced, from outputs, ideal motions at the sample, and
     the point's numbers. stepped: the mean is over the steps, see `integrate`; nothing is given.
     timed: so is it, and the value a flag, 0 or 1.
     """
@@ -64,14 +64,14 @@ class Watch:
     """Outputs that are stored of a run.
 
     quantities: see above; reductions: sums over samples or steps; tracks: outputs stored at every
-        sample; given: how many numbers of each sample the reductions are given.
+        sample; ideal: how many numbers of each sample the reductions have.
     """
 
     quantities: tuple[Quantity, ...]
     reductions: tuple[Reduction, ...]
     tracks: tuple[int, ...]
-    given: int
-    own: int = 0
+    ideal: int
+    numbers: int = 0
 
 
 def text_of(watch, count: int) -> str:
@@ -79,7 +79,7 @@ def text_of(watch, count: int) -> str:
     its reductions.
     """
     piece = Piece(Rows(), None)
-    counts = {"row": count, "given": watch.given, "numbers": watch.own}
+    counts = {"row": count, "ideal": watch.ideal, "numbers": watch.numbers}
     inputs = [[piece.trace.load(f"{n}[{i}]") for i in range(k)] for n, k in counts.items()]
     sums = {k: r.value(piece, *inputs) for k, r in enumerate(watch.reductions)}
     kinds = [(r.mean, r.stepped, r.timed) for r in watch.reductions]
@@ -97,8 +97,8 @@ def add_rows(rows, watch, held: tuple[str, ...]) -> None:
     rows.add("value last next between search seen", count=count)
     rows.add("sums summands at_begin at_middle at_end", count=len(watch.reductions))
     rows.add("tracks", count=len(watch.tracks))
-    rows.add("given", count=watch.given)
-    rows.add("own", count=watch.own)
+    rows.add("ideal", count=watch.ideal)
+    rows.add("numbers", count=watch.numbers)
 
 
 def values_of(piece, watch, row: list) -> list:
@@ -223,7 +223,7 @@ def sample(rows, shape, entries, watch, settled: Callable) -> Piece:
     """Outputs at samples of one run, one in each lane: sums over samples, and what is tracked."""
     piece, time, y = _placed(rows, shape, entries, settled, "sample", "sample_")
     row = piece.call(entries.samples, time, y)
-    ideal, mine, share = piece.all("given"), piece.all("own"), piece["share"]
+    ideal, mine, share = piece.all("ideal"), piece.all("numbers"), piece["share"]
     for k, reduction in enumerate(watch.reductions):
         if reduction.stepped:
             continue

@@ -83,7 +83,7 @@ class _Signed:
             raise AttributeError("__signature__")
         pairs = {
             n: None if isinstance(law.checks.get(n), OfJoint) else law.parameters[n]
-            for n in law.given
+            for n in law.inputs
         }
         named = inspect.Parameter.KEYWORD_ONLY
         return inspect.Signature([inspect.Parameter(n, named, default=d) for n, d in pairs.items()])
@@ -158,7 +158,7 @@ class Law:
         self.family, self.function, self.parameters = family, function, parameters
         self.checks = checks
         vars(self).update(traits)
-        self.given = [n for n in parameters if not isinstance(checks.get(n), Derived)]
+        self.inputs = [n for n in parameters if not isinstance(checks.get(n), Derived)]
         self.name = self.__name__ = function.__name__
         self.__doc__ = function.__doc__
         self.__module__ = function.__module__
@@ -173,21 +173,21 @@ class Law:
     @property
     def needed(self) -> list[str]:
         """Parameters without a default that no joint determines."""
-        empty = [n for n in self.given if self.parameters[n] is inspect.Parameter.empty]
+        empty = [n for n in self.inputs if self.parameters[n] is inspect.Parameter.empty]
         return [n for n in empty if not isinstance(self.checks.get(n), OfJoint)]
 
     def __call__(self, *unnamed, **values) -> "BoundLaw":
         if unnamed:
-            named = ", ".join(f"{n}={v!r}" for n, v in zip(self.given, unnamed, strict=False))
-            raise TypeError(f"{self.name}({', '.join(self.given)}): name its parameters: {named}")
+            named = ", ".join(f"{n}={v!r}" for n, v in zip(self.inputs, unnamed, strict=False))
+            raise TypeError(f"{self.name}({', '.join(self.inputs)}): name its parameters: {named}")
         missing = [n for n in self.needed if n not in values]
-        unknown = [n for n in values if n not in self.given]
+        unknown = [n for n in values if n not in self.inputs]
         if missing or unknown:
-            hint = meant(unknown[0], self.given) if unknown else ""
+            hint = meant(unknown[0], self.inputs) if unknown else ""
             parts = [f"missing {', '.join(missing)}"] if missing else []
             parts += [f"unknown {', '.join(unknown)}{hint}"] if unknown else []
-            raise TypeError(f"{self.name}({', '.join(self.given)}): {'; '.join(parts)}")
-        numbers = {n: self._number(n, values) for n in self.given}
+            raise TypeError(f"{self.name}({', '.join(self.inputs)}): {'; '.join(parts)}")
+        numbers = {n: self._number(n, values) for n in self.inputs}
         values_of_all = [
             self.checks[n].function(numbers) if n not in numbers else numbers[n]
             for n in self.parameters
@@ -219,7 +219,7 @@ class Law:
         return function
 
     def __repr__(self) -> str:
-        return f"<{self.family.name} law {self.name}({', '.join(self.given)})>"
+        return f"<{self.family.name} law {self.name}({', '.join(self.inputs)})>"
 
 
 #: names of traits
@@ -257,7 +257,7 @@ class DataLaw(Law):
         self.listed = lru_cache(maxsize=8)(lambda *of: [*map(float, self.looked_at(*of).numbers)])
         self.of_numbers = Law(family, function, {})  # with its data among its parameters
         del self.parameters["data"]
-        self.given = [n for n in self.given if n not in ("data", "start")]
+        self.inputs = [n for n in self.inputs if n not in ("data", "start")]
         self.checks |= {"start": Derived(lambda values: 0.0)}
 
     def bind(self, settings: dict, **values) -> "BoundLaw":
@@ -292,14 +292,14 @@ class BoundLaw:
     @property
     def parameters(self) -> dict:
         """The parameters and settings that were given."""
-        return dict(self.settings) | {n: v for n, v in self.values.items() if n in self.law.given}
+        return dict(self.settings) | {n: v for n, v in self.values.items() if n in self.law.inputs}
 
     def replaced(self, **changes: float) -> "BoundLaw":
         """The law with some of its parameters changed.
 
         Raises TypeError for a parameter that does not exist.
         """
-        names = [n for n in self.law.given if n not in self.of_joint]
+        names = [n for n in self.law.inputs if n not in self.of_joint]
         numbers = {n: self.values[n] for n in names if self.values[n] is not None}
         if isinstance(self.law, DataLaw):
             return self.law.bind(dict(self.settings), **(numbers | changes))
@@ -496,6 +496,6 @@ def bound(field: str, value: object, *families: Family) -> BoundLaw | None:
     if value is None or isinstance(value, BoundLaw) and value.law.family in families:
         return value
     if isinstance(value, Law):
-        raise TypeError(f"{field}: give {value.name} its parameters ({', '.join(value.given)})")
+        raise TypeError(f"{field}: give {value.name} its parameters ({', '.join(value.inputs)})")
     call = f"; call it: {value.__name__}(...)" if inspect.isfunction(value) else ""
     raise TypeError(f"{field} must be a {families[0].name} law or None, got {value!r}{call}")

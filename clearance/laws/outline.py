@@ -84,13 +84,13 @@ def turned(angle):
     return (-int(cells) - 1) % NODES, 1.0 - (shift - cells)
 
 
-def four(data, place, weights):
-    """Sum of four depths around the one at `place`, the second of them."""
+def four(data, node, weights):
+    """Sum of four depths around the one at `node`, the second of them."""
     return (
-        weights[0] * data[place - 1]
-        + weights[1] * data[place]
-        + weights[2] * data[place + 1]
-        + weights[3] * data[place + 2]
+        weights[0] * data[node - 1]
+        + weights[1] * data[node]
+        + weights[2] * data[node + 1]
+        + weights[3] * data[node + 2]
     )
 
 
@@ -107,16 +107,16 @@ def powers(low, high):
     )
 
 
-def wet(left, middle, right):
+def wet(begin, middle, end):
     """Integrals of the powers of u over the part where the parabola through three values is
     positive.
     """
-    slope = 0.5 * (right - left)
-    bend = 0.5 * (left + right) - middle
+    slope = 0.5 * (end - begin)
+    bend = 0.5 * (begin + end) - middle
     straight = abs(slope) >= 2.0 * abs(bend)  # largest and smallest at the ends
-    if left >= 0.0 and right >= 0.0 and (straight or bend <= 0.0):
+    if begin >= 0.0 and end >= 0.0 and (straight or bend <= 0.0):
         return FULL
-    if left <= 0.0 and right <= 0.0 and (straight or bend >= 0.0):
+    if begin <= 0.0 and end <= 0.0 and (straight or bend >= 0.0):
         return NONE
     rest = slope * slope - 4.0 * bend * middle
     if rest <= 0.0:
@@ -146,9 +146,9 @@ def product(a0, a1, a2, b0, b1, b2, s):
     )
 
 
-def parabola(left, middle, right):
+def parabola(begin, middle, end):
     """Value, slope and bend at the middle."""
-    return middle, 0.5 * (right - left), 0.5 * (left + right) - middle
+    return middle, 0.5 * (end - begin), 0.5 * (begin + end) - middle
 
 
 def arc(eccentricity_x, eccentricity_y, clearance):
@@ -188,12 +188,12 @@ def places(start, first, before):
     return bearing, bearing + LINE + around
 
 
-def slope_of_journal(data, place, weights):
+def slope_of_journal(data, node, weights):
     """Parabola of the journal's slope, or of its bend, over the cell whose middle node stands at
-    `place`.
+    `node`.
     """
     return parabola(
-        four(data, place - 1, weights), four(data, place, weights), four(data, place + 1, weights)
+        four(data, node - 1, weights), four(data, node, weights), four(data, node + 1, weights)
     )
 
 
@@ -247,15 +247,15 @@ def summed(eccentricity_x, eccentricity_y, angle, joint, data, start, steep):
     fx = fy = load = moment = 0.0
     xx = xy = yy = nx = ny = 0.0
     xa = ya = na = aa = 0.0
-    right = overlap(x, y, c, data, bearing, journal, first, weights)
+    end = overlap(x, y, c, data, bearing, journal, first, weights)
     for cell in range(cells):
-        node, left = first + 2 * cell + 1, right
+        node, begin = first + 2 * cell + 1, end
         middle = overlap(x, y, c, data, bearing, journal, node, weights)
-        right = overlap(x, y, c, data, bearing, journal, node + 1, weights)
-        s = wet(left, middle, right)
+        end = overlap(x, y, c, data, bearing, journal, node + 1, weights)
+        s = wet(begin, middle, end)
         if s[0] > 0.0:
             cos, sin = COS[node + 1], SIN[node + 1]
-            b, r, k = parabola(left, middle, right)
+            b, r, k = parabola(begin, middle, end)
             total, with_cos, with_sin = cell_force(b, r, k, cos, sin, s)
             fx -= with_cos
             fy -= with_sin
@@ -323,14 +323,14 @@ touching.slopes = touching_slopes
 
 
 # --- the deepest point
-def peak(left, middle, right):
+def peak(begin, middle, end):
     """Largest value of a cell's parabola and where."""
-    slope = 0.5 * (right - left)
-    bend = 0.5 * (left + right) - middle
+    slope = 0.5 * (end - begin)
+    bend = 0.5 * (begin + end) - middle
     if bend < 0.0 and abs(slope) < -2.0 * bend:
         u = -0.5 * slope / bend
         return middle + 0.5 * slope * u, u
-    return (left, -1.0) if left > right else (right, 1.0)
+    return (begin, -1.0) if begin > end else (end, 1.0)
 
 
 def deepest(eccentricity_x, eccentricity_y, angle, joint, data, start):
@@ -351,13 +351,13 @@ def deepest(eccentricity_x, eccentricity_y, angle, joint, data, start):
         first, cells = 0, NODES // 2
     bearing, journal = places(at, first, before)
     best, node_best, u_best = least, 1, 0.0
-    right = overlap(x, y, clearance, data, bearing, journal, first, weights)
+    end = overlap(x, y, clearance, data, bearing, journal, first, weights)
     for cell in range(cells):
-        node, left = first + 2 * cell + 1, right
+        node, begin = first + 2 * cell + 1, end
         middle = overlap(x, y, clearance, data, bearing, journal, node, weights)
-        right = overlap(x, y, clearance, data, bearing, journal, node + 1, weights)
-        if left >= best or right >= best or middle + 0.25 * abs(right - left) >= best:
-            most, u = peak(left, middle, right)
+        end = overlap(x, y, clearance, data, bearing, journal, node + 1, weights)
+        if begin >= best or end >= best or middle + 0.25 * abs(end - begin) >= best:
+            most, u = peak(begin, middle, end)
             if most >= best:
                 best, node_best, u_best = most, node, u
     c, d = COS[node_best + 1], SIN[node_best + 1]
@@ -412,18 +412,18 @@ def edges(depths: np.ndarray) -> list[tuple[int, float, np.ndarray, np.ndarray]]
     slopes differ by more than SHARP times what neighbouring cells bend.
     """
     around = [np.roll(depths, -k) for k in range(-2, 4)]
-    left, right = _parabola(*around[2::-1]), _parabola(*around[3:])  # the second in 1 - t
-    right = np.array([right.sum(axis=0), -right[1] - 2.0 * right[2], right[2]])
-    bend, rise, gap = (right - left)[::-1]
+    begin, end = _parabola(*around[2::-1]), _parabola(*around[3:])  # the second in 1 - t
+    end = np.array([end.sum(axis=0), -end[1] - 2.0 * end[2], end[2]])
+    bend, rise, gap = (end - begin)[::-1]
     sharp = []
     for node in np.flatnonzero((gap * (gap + rise + bend) < 0.0) & (gap != 0.0)):
         t = crossing(rise[node] / gap[node], bend[node] / gap[node])
         jump = abs(rise[node] + 2.0 * bend[node] * t)
-        beside = 2.0 * max(abs(left[2, node]), abs(right[2, node]))
+        beside = 2.0 * max(abs(begin[2, node]), abs(end[2, node]))
         if jump > SHARP * beside:
             sharp.append((jump, int(node), t))
     sharp = sorted(sharp, reverse=True)[:MOST_EDGES]
-    return [(node, t, left[:, node], right[:, node]) for _, node, t in sharp]
+    return [(node, t, begin[:, node], end[:, node]) for _, node, t in sharp]
 
 
 def crossing(rise: float, bend: float) -> float:
@@ -460,7 +460,7 @@ def pieces(depths: np.ndarray) -> np.ndarray:
 def _parts(depths: np.ndarray) -> dict[int, list]:
     """Cells around edges, by the node before them: begin, end and parabola of their parts."""
     sharp = edges(depths)
-    parts = {node: [(0.0, t, left), (t, 1.0, right)] for node, t, left, right in sharp}
+    parts = {node: [(0.0, t, begin), (t, 1.0, end)] for node, t, begin, end in sharp}
     for node, *_ in sharp:
         for k in range(1, BESIDE + 1):
             for cell, first in ((node - k, -1), (node + k, 0)):

@@ -48,7 +48,7 @@ def moment_of_one(ratio):
 MOMENTS = {2.5: moment_of_two, 1.5: moment_of_one}
 
 
-def place(gap, pressed, eccentricity_ratio):
+def sine_of_contact(gap, pressed, eccentricity_ratio):
     """Sine of the angle from the line of centres to where rough surfaces have a gap (over c)."""
     cosine = (1.0 - gap + pressed) / max(eccentricity_ratio, 0.1)
     square = 1.0 - cosine * cosine
@@ -80,7 +80,7 @@ def load_of(order):
             gap = film + reach * (k / NODES) ** 2.5
             before, beside = pressure, sine
             pressure = pressed(gap, joint, liner, factor, summit_height)
-            sine = place(gap / clearance, pressure, eccentricity_ratio)
+            sine = sine_of_contact(gap / clearance, pressure, eccentricity_ratio)
             if k > 0:
                 total += (sine + beside) * (before - pressure)
         return clearance * joint.radius * joint.length / liner * total

@@ -73,6 +73,6 @@ def put_on_journal(depths, angles, journal):
         before, behind = turned(angles[i])
         for node in range(NODES):
             if depths[i, node] > 0.0:
-                place = (node + before) % NODES
-                journal[place] += (1.0 - behind) * depths[i, node]
-                journal[(place + 1) % NODES] += behind * depths[i, node]
+                index = (node + before) % NODES
+                journal[index] += (1.0 - behind) * depths[i, node]
+                journal[(index + 1) % NODES] += behind * depths[i, node]

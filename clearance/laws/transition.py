@@ -288,8 +288,8 @@ def _slopes(points: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
         for (a, b), w in zip(pairwise(points), widths, strict=True)
     ]
     slopes = [(0.0, 0.0, 0.0)]
-    for (before, after), (left, right) in zip(pairwise(widths), pairwise(rises), strict=True):
-        sides = list(zip(left, right, strict=True))
+    for (before, after), (first, second) in zip(pairwise(widths), pairwise(rises), strict=True):
+        sides = list(zip(first, second, strict=True))
         wanted = [(after * a + before * b) / (before + after) for a, b in sides]
         limits = [3.0 * min(abs(a), abs(b)) if a * b > 0.0 else 0.0 for a, b in sides]
         shares = [limit / abs(w) for w, limit in zip(wanted, limits, strict=True) if w != 0.0]

@@ -44,9 +44,9 @@ class Callback:
         """Facts of it in the report of a run."""
         return {}
 
-    def _by_address(self, place: int) -> float:
+    def _by_address(self, address: int) -> float:
         size = len(self.numbers)
-        return self.fill((ctypes.c_double * size).from_address(place))
+        return self.fill((ctypes.c_double * size).from_address(address))
 
     def fill(self, block) -> float:
         """Fulfil the request of the block, in place."""
@@ -79,7 +79,7 @@ def answered(data, start, wanted, inputs, outputs):
     _callbacks[int(block[0])].fill(block)
     begin, width = 2 + len(inputs), 1 + len(inputs)
     places = outputs if isinstance(outputs, list) else [begin + k * width for k in range(outputs)]
-    return tuple(float(block[place]) if wanted != KEEP else 0.0 for place in places)
+    return tuple(float(block[index]) if wanted != KEEP else 0.0 for index in places)
 
 
 answered.answers = True  # not read as source text

@@ -94,8 +94,8 @@ def reading(context, builder, value):
     word = context.get_value_type(types.intp)
     words = builder.bitcast(value, word.as_pointer())
 
-    def read(place):
-        content = builder.load(builder.gep(words, [word(place)]))
+    def read(index):
+        content = builder.load(builder.gep(words, [word(index)]))
         content.set_metadata("invariant.load", builder.module.add_metadata([]))
         return content
 
@@ -107,8 +107,8 @@ def pointer(context, builder, record, value, name):
     kind, offset = record.numbers[name]
     memory = reading(context, builder, value)(record.places["memory"])
     memory = builder.inttoptr(memory, context.get_value_type(types.int8).as_pointer())
-    place = builder.gep(memory, [context.get_constant(types.intp, offset)])
-    return builder.bitcast(place, context.get_data_type(kind).as_pointer())
+    at = builder.gep(memory, [context.get_constant(types.intp, offset)])
+    return builder.bitcast(at, context.get_data_type(kind).as_pointer())
 
 
 @lower_setattr_generic(Record)
@@ -148,8 +148,8 @@ def field(context, builder, record, value, name):
         array = model.set(builder, array, value, part)
     for part, words in (("shape", shape), ("strides", strides)):
         for axis in range(kind.ndim):
-            place = [model.get_field_position(part), axis]
-            array = builder.insert_value(array, words[axis], place)
+            path = [model.get_field_position(part), axis]
+            array = builder.insert_value(array, words[axis], path)
     return array
 
 
@@ -163,14 +163,14 @@ def packed(record: Record, values) -> np.ndarray:
     memory = values.memory
     template, inside, others = _template(record, layout := getattr(memory, "dtype", None))
     words = template.copy() if layout is None else template + inside * memory.ctypes.data
-    for name, place in others:
+    for name, index in others:
         value = getattr(values, name)
         if isinstance(value, np.ndarray):
             if not value.flags.c_contiguous:
                 raise ValueError(f"{name} must be in C order")
-            words[place : place + 1 + value.ndim] = value.ctypes.data, *value.shape
+            words[index : index + 1 + value.ndim] = value.ctypes.data, *value.shape
         else:
-            words[place] = value
+            words[index] = value
     return words
 
 
@@ -182,12 +182,12 @@ def mover(record: Record, values) -> Callable:
     memory = values.memory
     _, inside, others = _template(record, memory.dtype)
     words = packed(record, values) - inside * memory.ctypes.data
-    arrays = [(n, place) for n, place in others if isinstance(getattr(values, n), np.ndarray)]
+    arrays = [(n, index) for n, index in others if isinstance(getattr(values, n), np.ndarray)]
 
     def moved(values) -> np.ndarray:
         new = words + inside * values.memory.ctypes.data
-        for name, place in arrays:
-            new[place] = getattr(values, name).ctypes.data
+        for name, index in arrays:
+            new[index] = getattr(values, name).ctypes.data
         return new
 
     return moved
@@ -202,15 +202,15 @@ def _template(record: Record, memory: np.dtype | None) -> tuple[np.ndarray, np.n
     inside = np.zeros_like(words)
     others = []
     fields = memory.fields if memory else {}
-    for name, place in record.places.items():
+    for name, index in record.places.items():
         if name == "memory" and memory:
-            inside[place] = 1
+            inside[index] = 1
         elif name in fields:
             kind, offset = fields[name]
-            words[place : place + 1 + len(kind.shape)] = offset, *kind.shape
-            inside[place] = 1
+            words[index : index + 1 + len(kind.shape)] = offset, *kind.shape
+            inside[index] = 1
         else:
-            others.append((name, place))
+            others.append((name, index))
     return words, inside, others
 
 

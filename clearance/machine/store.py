@@ -191,14 +191,14 @@ class MachineCode:
         return self._loaded[self.name]
 
     def _read_or_made(self) -> str:
-        data, fresh = stored(self.name, lambda: b"\n".join(self._made()))
+        data, fresh = stored(self.name, lambda: b"\n".join(self._object()))
         symbol, _, code = data.partition(b"\n")
         if not fresh:
             self.engine._ee.add_object_file(llvm.object_file.ObjectFileRef.from_data(code))
             self.engine.finalize_object()
         return symbol.decode()
 
-    def _made(self) -> tuple[bytes, bytes]:
+    def _object(self) -> tuple[bytes, bytes]:
         symbol, code = self.make()
         return symbol.encode(), code
 
@@ -258,14 +258,14 @@ def _note_use(path: Path) -> None:
 
 
 @cache
-def delete_unused(place: Path) -> None:
+def delete_unused(directory: Path) -> None:
     """Delete machine code in a folder that no process has used for long, such as that of older
     versions; once in a process.
 
     A process that has read a file needs it no more, and one that finds none makes it again.
     """
     with suppress(OSError):  # nobody may look into the folder
-        for path in place.glob("clearance_*.o"):
+        for path in directory.glob("clearance_*.o"):
             _delete_if_unused(path)
 
 
@@ -426,8 +426,8 @@ def _front_end(function: Callable, signature, options: dict) -> tuple[str, bytes
     dispatcher = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(function)
     with _without_collector():
         dispatcher.compile(signature)
-    made = dispatcher.get_compile_result(signature)
-    return made.fndesc.llvm_func_name, made.library._get_compiled_object()
+    result = dispatcher.get_compile_result(signature)
+    return result.fndesc.llvm_func_name, result.library._get_compiled_object()
 
 
 @roomy
@@ -469,7 +469,7 @@ def caller(kind: types.FunctionType) -> Callable:
         return lambda function: function
 
     @numba.extending.intrinsic
-    def function_at(context, place):
+    def function_at(context, pointer):
         def generate(target, builder, signature, arguments):
             value = numba.core.cgutils.create_struct_proxy(kind)(target, builder)
             value.jit_addr = builder.inttoptr(arguments[0], value.jit_addr.type)
@@ -486,7 +486,7 @@ def entry_caller(count: int) -> Callable:
     """
 
     @numba.extending.intrinsic
-    def call(context, place, pointers):
+    def call(context, pointer, pointers):
         def generate(target, builder, signature, arguments):
             kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64)] * count)
             entry = builder.inttoptr(arguments[0], kind.as_pointer())
@@ -536,9 +536,9 @@ def compiled(function: Callable) -> Callable:
     """
     if not COMPILED:
         return function
-    made = _with_helpers(function)
-    _keep(made, _digest_of(function))
-    return made
+    dispatcher = _with_helpers(function)
+    _keep(dispatcher, _digest_of(function))
+    return dispatcher
 
 
 def _globals(function: Callable) -> dict[str, object]:
@@ -585,8 +585,8 @@ def alone(path: Path) -> Iterator[None]:
     Elsewhere two may make the same file of the store, and either will do.
     """
     try:
-        made = sealed.made(path.parent)
-        lock = Lock(path.with_suffix(".lock"), wait=True) if made else nullcontext()
+        usable = sealed.ready(path.parent)
+        lock = Lock(path.with_suffix(".lock"), wait=True) if usable else nullcontext()
     except (OSError, Foreign):  # nothing can be written there
         lock = nullcontext()
     with lock:

@@ -104,7 +104,7 @@ def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
     """
     numbers = numbers or Numbers(scene)
     system = _System(scene, numbers)
-    key = numbers.signature, system.given()
+    key = numbers.signature, system.inputs()
     if key not in _positions:
         if len(_positions) >= MOST_POSITIONS:
             del _positions[next(iter(_positions))]  # the oldest
@@ -130,7 +130,7 @@ class _Row:
     """
 
     label: str
-    place: tuple
+    coordinate: tuple
     value: float
     rate: float | None = None
 
@@ -153,7 +153,7 @@ class _System:
         self.farthest = max(self.size, _farthest(scene))
 
     # --- position
-    def given(self) -> tuple:
+    def inputs(self) -> tuple:
         """All that the closed position and `rates` depend on, beside the structure of the scene."""
         bodies = [(b.com, b.angle, b.position) for b in self.scene.bodies]
         points = [(p.x, p.y) for j in self.scene.joints for p in (j.a, j.b)]
@@ -246,7 +246,7 @@ class _System:
         nearby = self.generic_position(q)
         pushing = [d for d in self.drives if not d.prescribes]
         driven = [place_of(d.target) for d in pushing if d not in self.start]
-        free = [c.place for c in closed_plan(self.scene, tuple(self.measured)).free]
+        free = [c.address for c in closed_plan(self.scene, tuple(self.measured)).free]
         for key in dict.fromkeys([*driven, *free]):
             self.held.append(_Row(f"start of {key[0].name}", key, self._value(q, key)))
             if pushing and np.linalg.matrix_rank(matrix := self.equations(nearby)[2]) < len(matrix):
@@ -278,7 +278,7 @@ class _System:
     def _open(self, q, rows: list[_Row]) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and Jacobian of rows."""
         values, slopes = self.geometry(q)
-        chosen = [self.geometry.place[row.place] for row in rows]
+        chosen = [self.geometry.index[row.coordinate] for row in rows]
         return np.array(values)[chosen] - [row.value for row in rows], slopes[chosen]
 
     def _rows(self, drives) -> list[_Row]:
@@ -495,7 +495,7 @@ class _System:
         count = len(rows) + len(indices)
         requested = [i for i in range(count) if i >= len(rows) or rows[i].rate is not None]
         wanted = np.eye(count)[:, requested]
-        closed = slopes[[self.geometry.place[row.place] for row in rows]], wanted[: len(rows)]
+        closed = slopes[[self.geometry.index[row.coordinate] for row in rows]], wanted[: len(rows)]
         stages = closed, (np.diag(size)[indices], size[indices, None] * wanted[len(rows) :])
         rate = np.zeros((size.size, len(requested)))
         free = np.diag(1.0 / size)
@@ -518,8 +518,8 @@ class _System:
         for attachment in (a for group in groups for a in group.attachments):
             for c in (c for c in attachment.coordinates if c.source == "free"):
                 turning = c.turns and attachment.joint is not None
-                coordinate = (attachment.joint, TURN) if turning else c.place
-                yield slopes[[self.geometry.place[coordinate]]], 0.0
+                coordinate = (attachment.joint, TURN) if turning else c.address
+                yield slopes[[self.geometry.index[coordinate]]], 0.0
 
 
 def _turned(angle: float, x: float, y: float) -> tuple[float, float]:

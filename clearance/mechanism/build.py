@@ -110,7 +110,7 @@ class Mechanism:
         return entry
 
     @property
-    def own(self) -> bytes:
+    def numbers(self) -> bytes:
         """Its numbers that may change from run to run: all but those of tables."""
         par = self.par[: len(self.layout.parameters) + self.layout.derived]
         return b"".join(numbers.tobytes() for numbers in (par, self.y0, self.work0))
@@ -475,7 +475,7 @@ def _values(
 def _state(scene: Scene, plan: Plan, start: Start, layout: Layout) -> np.ndarray:
     """Start state: coordinates, their rates, states of elements, and zeros for the ledger."""
     y = np.zeros(layout.length)
-    values = {c.key: start.value(c.place) for c in plan.free}
+    values = {c.key: start.value(c.address) for c in plan.free}
     for element in scene.elements:
         values |= {f"{element.key}/{s.name}": (s.start, s.start_rate) for s in element.states()}
     for name, index in layout.state.items():

@@ -97,12 +97,12 @@ class Outputs:
         value, rate = self.coordinate(key)
         if axis == TURN:
             return each(math.atan2, *wrong_turn(self.kinematics, joint)), rate
-        return value - self.kinematics.given(joint, axis)[0], rate
+        return value - self.kinematics.held(joint, axis)[0], rate
 
     @cached_property
     def states(self) -> np.ndarray:
         """Independent coordinates, then their rates, (rows, states)."""
-        columns = [self.coordinate(c.place) for c in self.mechanism.plan.free]
+        columns = [self.coordinate(c.address) for c in self.mechanism.plan.free]
         soft = [(j, axis) for j in self.mechanism.eccentric for axis, _ in j.soft_coordinates]
         columns += map(self.offset, soft)
         values = [value for value, _ in columns] + [rate for _, rate in columns]

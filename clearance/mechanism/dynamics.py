@@ -344,7 +344,7 @@ def folded(dynamics, wrench: dict, driven: dict) -> Folded:
         rest = Rates(k, {}, dynamics.velocities, driven).carried(branch)
         (coordinate,) = branch.coordinates
         free = coordinate.source == "free"
-        axis = Rates(k, second={coordinate.place: 1.0}).carried(branch) if free else None
+        axis = Rates(k, second={coordinate.address: 1.0}).carried(branch) if free else None
         result.add(Link(branch, columns, rest, axis))
     return result
 
@@ -437,7 +437,7 @@ class Dynamics:
         branches = folded(self, work.wrench, driven)
         self.trace.section = "columns and projection"
         free = [c for c in self.plan.free if c.body in branches.inertia]
-        columns = [self.propagation.field({c.place: 1.0}) for c in free]
+        columns = [self.propagation.field({c.address: 1.0}) for c in free]
         load = [0.0] * len(free)
         mass_matrix: dict[tuple[int, int], object] = {}
         for body, inertia in branches.inertia.items():
@@ -485,7 +485,7 @@ class Dynamics:
         if axis in ABSOLUTE:
             return acceleration[part][ABSOLUTE.index(axis)]
         rates = Rates(self.kinematics, acceleration, self.velocities)
-        return rates.measured(part, rates.given(part))[axis].a
+        return rates.measured(part, rates.held(part))[axis].a
 
     # --- reactions
     def reactions(self, work: Work, acceleration: dict) -> Reactions:
@@ -561,9 +561,9 @@ class Dynamics:
         load = rest.wrench[body]
         turn = None
         for c in (c for c in attachment.coordinates if c.source == "drive"):
-            twist = Rates(self.kinematics, second={c.place: 1.0}).carried(attachment)
+            twist = Rates(self.kinematics, second={c.address: 1.0}).carried(attachment)
             result.efforts[c.drive] = -product(twist, load)
-            turn = result.efforts[c.drive] if c.what == TURN else None
+            turn = result.efforts[c.drive] if c.axis == TURN else None
         if joint is None:
             return
         if parent is not ground:

@@ -65,8 +65,8 @@ def elastic_surfaces(contact: Law) -> Function:
         (z,) = trace.call(guess, [*state, *sizes, stiff, squeeze])
         ratio = 0.0
         for _ in range(STEPS):
-            given = [z, gap, speed, approach, rest, *numbers]
-            miss, ratio, slope, rise = trace.call(law.slopes((0,)), given)
+            inputs = [z, gap, speed, approach, rest, *numbers]
+            miss, ratio, slope, rise = trace.call(law.slopes((0,)), inputs)
             move = trace.div(-miss, slope)
             z += move
             ratio += rise * move

@@ -63,14 +63,14 @@ def kept(
 
     scene: of the structure; trace: gives the structure of it; anew: that of another such scene.
     """
-    made: list[Structure] = []
+    traced: list[Structure] = []
 
     def make() -> bytes:
-        made.append(trace())
-        return packed(made[0], scene)
+        traced.append(trace())
+        return packed(traced[0], scene)
 
     data = noted("structure", key, make)
-    return made[0] if made else unpacked(data, anew) if data else trace()
+    return traced[0] if traced else unpacked(data, anew) if data else trace()
 
 
 def noted(kind: str, key: tuple, make: Callable[[], bytes]) -> bytes:

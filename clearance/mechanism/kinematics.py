@@ -146,12 +146,12 @@ class Rates:
         return jx, jy
 
     # --- joints
-    def given(self, joint: Joint) -> dict[str, Jet]:
+    def held(self, joint: Joint) -> dict[str, Jet]:
         """The relative coordinates that a joint does not leave free."""
         result = {}
         for axis in RELATIVE:
             if getattr(joint, axis) is not FREE:
-                value, rate = self.k.given(joint, axis)
+                value, rate = self.k.held(joint, axis)
                 result[axis] = Jet(
                     value, rate if self.real else 0.0, self.second.get((joint, axis), 0.0)
                 )
@@ -177,7 +177,7 @@ class Rates:
         """Rates of what closes a joint: measured minus fixed, of each coordinate that is not
         free.
         """
-        fixed = self.given(joint)
+        fixed = self.held(joint)
         measured = self.measured(joint, fixed)
         return [measured[axis] - value for axis, value in fixed.items()]
 
@@ -186,7 +186,7 @@ class Rates:
         it up.
         """
         if attachment.joint is None:
-            twist = tuple(self.second.get(c.place, 0.0) for c in attachment.coordinates)
+            twist = tuple(self.second.get(c.address, 0.0) for c in attachment.coordinates)
         else:
             twist = self._carried_by(attachment)
         self.field[attachment.body] = twist
@@ -196,7 +196,7 @@ class Rates:
         body, joint, parent = attachment.body, attachment.joint, attachment.parent
         side, sign = joint.side(body), joint.sign(body)
         jets = self.relative(joint)
-        absolute = any(c.what == "angle" for c in attachment.coordinates)
+        absolute = any(c.axis == "angle" for c in attachment.coordinates)
         turn = (
             self.second.get((body, "angle"), 0.0)
             if absolute
@@ -216,7 +216,7 @@ class Rates:
 
     def relative(self, joint: Joint) -> dict[str, Jet]:
         """All relative coordinates; the turn has rates only, where it is free."""
-        return self.given(joint) | {axis: self._free(joint, axis) for axis in joint.free}
+        return self.held(joint) | {axis: self._free(joint, axis) for axis in joint.free}
 
     def step(self, joint: Joint, jets: dict[str, Jet]) -> tuple[Jet, Jet]:
         """From point a to point b, in the frame of body a."""
@@ -294,7 +294,7 @@ class Kinematics:
         x, y = self.arm(joint, side)
         return pose.x + x, pose.y + y
 
-    def given(self, joint: Joint, axis: str) -> Vector:
+    def held(self, joint: Joint, axis: str) -> Vector:
         """Value and rate of a relative coordinate that the joint does not leave free."""
         source = getattr(joint, axis)
         value = self.number(f"{joint.key}/{source.number}") if source.number else 0.0
@@ -310,13 +310,13 @@ class Kinematics:
             return self.coordinate[key], 0.0
         if key not in self.rate:
             rates = Rates(self, real=real)
-            self.rate[key] = rates.measured(joint, rates.given(joint))[axis].d
+            self.rate[key] = rates.measured(joint, rates.held(joint))[axis].d
         return self.coordinate[key], self.rate[key]
 
     def pin(self, joint, side: str) -> Vector:
         """Place of a hinge's pin by the other side: r_b = r_a + e."""
         x, y = self.joint_point(joint, "a" if side == "b" else "b")
-        ex, ey = (self.given(joint, axis)[0] for axis in (ALONG, ACROSS))
+        ex, ey = (self.held(joint, axis)[0] for axis in (ALONG, ACROSS))
         return (x + ex, y + ey) if side == "b" else (x - ex, y - ey)
 
     def local_axis(self, joint: Joint) -> Vector:
@@ -340,7 +340,7 @@ class Kinematics:
 
     def relative(self, joint: Joint) -> Vector:
         """Cosine and sine of the turn that a joint keeps."""
-        turn = self.given(joint, TURN)[0]
+        turn = self.held(joint, TURN)[0]
         return self.trace.cos(turn), self.trace.sin(turn)
 
     def arms(self, joint: Joint) -> tuple:
@@ -356,7 +356,7 @@ class Kinematics:
         )
 
     # --- positions
-    def place(self, plan: Plan) -> None:
+    def place_all(self, plan: Plan) -> None:
         for group in plan.groups:
             self.trace.section = f"position of {group.label()}"
             self.place_group(group)
@@ -373,7 +373,7 @@ class Kinematics:
     def place_body(self, attachment: Attachment) -> None:
         """Place a body whose coordinates are given."""
         body, joint, parent = attachment.body, attachment.joint, attachment.parent
-        values = {c.what: self.coordinate[c.place] for c in attachment.coordinates}
+        values = {c.axis: self.coordinate[c.address] for c in attachment.coordinates}
         if joint is None:
             angle = values["angle"]
             cosine = self.trace.cos(angle)
@@ -395,7 +395,7 @@ class Kinematics:
         joint = attachment.joint
         base = self.poses[attachment.parent]
         c, s = self.relative(joint)
-        turn = self.given(joint, TURN)[0]
+        turn = self.held(joint, TURN)[0]
         if attachment.body is joint.a.body:
             s, turn = -s, -turn
         angle = None if base.angle is None else base.angle + turn
@@ -407,7 +407,7 @@ class Kinematics:
         """
         body, joint = attachment.body, attachment.joint
         along, across = (
-            self.given(joint, axis)[0] if value is None else value
+            self.held(joint, axis)[0] if value is None else value
             for axis, value in ((ALONG, along), (ACROSS, across))
         )
         side, sign = joint.side(body), joint.sign(body)
@@ -522,7 +522,7 @@ def _moving(plan: Plan, places: dict) -> dict[Body, list]:
             mine = [
                 p
                 for p in places
-                if p[0] in joints or p in (c.place for c in attachment.coordinates)
+                if p[0] in joints or p in (c.address for c in attachment.coordinates)
             ]
             together |= moving.get(attachment.parent, {}) | dict.fromkeys(mine)
             for body in (b for j in group.closures for b in j.bodies()):
@@ -572,7 +572,7 @@ class Propagation:
         if number not in self._loops:
             effects = []
             for unknown in group.unknowns:
-                rates = Rates(self.kinematics, second={unknown.place: 1.0})
+                rates = Rates(self.kinematics, second={unknown.address: 1.0})
                 for attachment in group.attachments:
                     rates.carried(attachment)
                 effects.append((unknown, rates))
@@ -599,7 +599,7 @@ class Propagation:
                 rates.field[body] = tuple(
                     o + value * t for o, t in zip(rates.field[body], twist, strict=True)
                 )
-        return {c.place: value for c, value in zip(group.unknowns, values, strict=True)}
+        return {c.address: value for c, value in zip(group.unknowns, values, strict=True)}
 
     def transposed(self, number: int, group: Group, load: list) -> list:
         """Forces of the closing equations that balance generalised loads of the group's unknown
@@ -634,7 +634,7 @@ class Geometry:
         self.count = len(relative)
         self.size = len(absolute)
         self.places = [*relative, *absolute]
-        self.place = {coordinate: i for i, coordinate in enumerate(self.places)}
+        self.index = {coordinate: i for i, coordinate in enumerate(self.places)}
         self.function, self.rows, self.columns, read = traced
         self.values = values
         self.read = tuple(values[i] for i in read)
@@ -642,7 +642,7 @@ class Geometry:
 
     def pose(self, body: Body) -> slice:
         """Places of a body's x, y and angle in q."""
-        first = self.place[body, ABSOLUTE[0]] - self.count
+        first = self.index[body, ABSOLUTE[0]] - self.count
         return slice(first, first + len(ABSOLUTE))
 
     @classmethod
@@ -665,7 +665,7 @@ class Geometry:
 
     def value(self, q: Sequence[float], coordinate: tuple) -> float:
         """Value of one coordinate."""
-        return self(q)[0][self.place[coordinate]]
+        return self(q)[0][self.index[coordinate]]
 
 
 def _trace(scene: Scene, numbers: Numbers) -> tuple[Callable, np.ndarray, np.ndarray, list[int]]:

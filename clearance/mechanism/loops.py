@@ -23,7 +23,7 @@ def solve(trace: Trace, matrix: list[list], right: list) -> list:
     if size == 1:
         return [right[0] / matrix[0][0]]
     solution = _solved(trace, matrix, right)
-    entries = [[place] for place in itertools.product(range(size), range(size))]
+    entries = [[entry] for entry in itertools.product(range(size), range(size))]
     rule = of_solution(solution, entries, lambda change: _solved(trace, matrix, change))
     trace.follow(solution, [*(v for row in matrix for v in row), *right], rule)
     return solution
@@ -191,7 +191,7 @@ def place_rrp(k, group) -> None:
     across = dx * y - dy * x
     along = k.number(f"mode.{group.label()}") * k.trace.sqrt(uu - across * across)
     travel = along - (dx * x + dy * y)
-    k.coordinate[slide.coordinates[0].place] = travel
+    k.coordinate[slide.coordinates[0].address] = travel
     k.place_by(slide, k.orientation(slide), travel)
     k.place_by(hinge, _direction(u, uu, along * dx - across * dy, along * dy + across * dx))
 
@@ -207,7 +207,7 @@ def place_rpr(k, group) -> None:
     # seen from the hinged body: the pin moves on a line through `start` along `axis`
     side = joint.side(hinge.body)
     axis = k.local_axis(joint)
-    turn = k.given(joint, TURN)[0]
+    turn = k.held(joint, TURN)[0]
     sign = 1.0
     if side == "b":
         sign, turn = -1.0, -turn
@@ -227,7 +227,7 @@ def place_rpr(k, group) -> None:
     w = (along * axis[0] - across * axis[1], along * axis[1] + across * axis[0])
     k.place_by(hinge, _direction(w, distance, x, y))
     travel = sign * (along - (axis[0] * start[0] + axis[1] * start[1]))
-    k.coordinate[slide.coordinates[0].place] = travel
+    k.coordinate[slide.coordinates[0].address] = travel
     k.place_by(slide, k.orientation(slide), travel)
 
 
@@ -299,7 +299,7 @@ def _reach(k, attachment, pin):
 
 def _shift(k, pin, first):
     """Offset to add to the second body's pin so that it coincides with the first body's."""
-    x, y = (k.given(pin, axis)[0] for axis in (ALONG, ACROSS))
+    x, y = (k.held(pin, axis)[0] for axis in (ALONG, ACROSS))
     return (-x, -y) if first is pin.a.body else (x, y)
 
 
@@ -329,7 +329,7 @@ def solve_by_newton(k, group) -> None:
             f"a body, or make bodies that are welded one"
         )
     solution = newton(inside, size, NEWTON_TOLERANCE, NEWTON_LIMIT)
-    slots = [(c.what, c.place[0].name) for c in group.unknowns]
+    slots = [(c.axis, c.address[0].name) for c in group.unknowns]
     guesses = [k.remember(*slot) for slot in slots]
 
     def rule(args, tangents):
@@ -338,15 +338,15 @@ def solve_by_newton(k, group) -> None:
     items = k.trace.call(solution, [*guesses, *inside.outer], rule)
     k.solved.append(group)
     k.values += items
-    k.coordinate |= {c.place: v for c, v in zip(group.unknowns, items, strict=True)}
+    k.coordinate |= {c.address: v for c, v in zip(group.unknowns, items, strict=True)}
 
 
 def _residuals(k, group, inside: SubTrace, unknowns: list) -> list:
     """The loop equations of a group, on the inside."""
     value = inside.value
-    places = [c.place for c in group.coordinates]
+    places = [c.address for c in group.coordinates]
     coordinate = {key: value(k.coordinate[key]) for key in places if key in k.coordinate}
-    coordinate |= {c.place: v for c, v in zip(group.unknowns, unknowns, strict=True)}
+    coordinate |= {c.address: v for c, v in zip(group.unknowns, unknowns, strict=True)}
     joints = [*(a.joint for a in group.attachments), *group.closures]
     state = {key: (value(offset), 0.0) for key, (offset, _) in k.state.items() if key[0] in joints}
     copy = type(k)(inside.trace, lambda name: value(k.number(name)), coordinate, state)

@@ -160,7 +160,7 @@ class Motion:
         """Take a joint's states from its bodies, less its numbers; a turn is in (-pi, pi]."""
         jets, states = self.real.measured(joint, {}), {}
         for axis, name in joint.soft_coordinates:
-            value = jets[axis].v - self.k.given(joint, axis)[0]
+            value = jets[axis].v - self.k.held(joint, axis)[0]
             if axis == TURN:
                 value = self.trace.atan2(*wrong_turn(self.k, joint))
             states[joint, name] = value, jets[axis].d

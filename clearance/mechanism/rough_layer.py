@@ -41,9 +41,9 @@ def film_behind(film: DataLaw, order: float) -> Function:
         values = dict(zip(film.parameters, numbers, strict=True))
         clearance, apart = facts[1], 1.0 - ratio
 
-        def film_at(place) -> list:
+        def film_at(ratio) -> list:
             """Gap in the middle of a film over c, and its slope."""
-            h, _, slope, _ = trace.call(gap.slopes((0,)), [place, rate, turning, *facts, *numbers])
+            h, _, slope, _ = trace.call(gap.slopes((0,)), [ratio, rate, turning, *facts, *numbers])
             return [trace.div(h, clearance), trace.div(slope, clearance)]
 
         def back(h) -> list:

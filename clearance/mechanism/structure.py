@@ -235,14 +235,14 @@ class Structure:
     def kernel(self, role: str) -> Callable:
         """The compiled kernel of a role, or of so many "moments"; compiled on first use only."""
         if role not in self.compiled:
-            self.compiled[role] = self._made(role)
+            self.compiled[role] = self._compiled(role)
         return self.compiled[role]
 
     def fuse_stages(self) -> None:
         """Count as many steps, which pay for kernels of several moments."""
         self.compiled.steps += HOT + 1
 
-    def _made(self, role: str) -> Callable:
+    def _compiled(self, role: str) -> Callable:
         width, _, moments = role.partition(" ")
         if moments:
             return kernels.moments(lambda: self.programs["rhs"], self.codes["rhs"], int(width))
@@ -301,7 +301,7 @@ class Tracing:
         self.constants = numbers.constants
         self.trace = Trace()
         self.calls = Calls(self.trace, self.number)
-        free = [c.place for c in plan.free]
+        free = [c.address for c in plan.free]
         soft = [j for j in scene.soft_joints if j not in measured]
         self.places = free + [(j, axis) for j in soft for axis, _ in j.soft_coordinates]
         self.names = [c.key for c in plan.free] + [
@@ -325,7 +325,7 @@ class Tracing:
             carried=tuple(self.kinematics.remembered),
             remembering=tuple(element.key for element in self.work.commits),
             parameters=self.index,
-            derived=len(self.slots.place),
+            derived=len(self.slots.index),
             channels=tuple(self.channels),
             sums=tuple(f"{element.key}/{name}" for element, name in self.sums),
             followed=tuple(
@@ -430,8 +430,8 @@ class Tracing:
         trace.section = "drives"
         self.driven = {d: d.motion_at(motion) for d in self.scene.drives if d.prescribes}
         k.coordinate |= self._driven(self.plan, 0)
-        k.place(self.plan)
-        places = {c.place for g in self.plan.groups for c in g.given} | set(position)
+        k.place_all(self.plan)
+        places = {c.address for g in self.plan.groups for c in g.inputs} | set(position)
         values = {c: value for c, value in (position | k.coordinate).items() if c in places}
         k.columns = Columns(k, self.plan, values)
         k.columns.poses()
@@ -443,7 +443,7 @@ class Tracing:
         """Value (0), rate (1) or second rate (2) of each prescribed coordinate of a plan, by
         place.
         """
-        return {c.place: self.driven[c.drive][order] for c in plan.of("drive")}
+        return {c.address: self.driven[c.drive][order] for c in plan.of("drive")}
 
     def _input_power(self):
         power = self.work.input_power
@@ -479,12 +479,12 @@ class Tracing:
             r: Program(
                 r,
                 dict(zip(places[r], values[r], strict=True)),
-                self.slots.place,
+                self.slots.index,
                 columns if r == "jacobian" else 0,
             )
             for r in roles
         }
-        self.formulas = derive_text(self.slots.place)
+        self.formulas = derive_text(self.slots.index)
         self.derive = kernels.plain(self.formulas)["derive"]
 
     def _jacobian(self) -> tuple[dict[int, object], int]:

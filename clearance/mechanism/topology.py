@@ -37,10 +37,10 @@ class Sharing:
         self.held: dict[Hashable, list[int]] = {body: [] for body in self.order}
         self.ends = list(equations)
         self.visits = 0
-        for equation in sorted(range(len(self.ends)), key=lambda e: len(self._left(e))):
+        for equation in sorted(range(len(self.ends)), key=lambda e: len(self._waiting(e))):
             self._give(equation)
 
-    def place(self, bodies: Iterable[Hashable]) -> None:
+    def settle(self, bodies: Iterable[Hashable]) -> None:
         """These bodies have their place now; equations that they share with others pass to
         those.
         """
@@ -48,7 +48,7 @@ class Sharing:
         for equation in freed:
             self._give(equation)
 
-    def _left(self, equation: int) -> list[Hashable]:
+    def _waiting(self, equation: int) -> list[Hashable]:
         return [body for body in self.ends[equation] if body in self.held]
 
     def _give(self, equation: int) -> None:
@@ -57,7 +57,7 @@ class Sharing:
         One that repeats others finds no body and is left out.
         """
         # what would come, where from
-        moving = dict.fromkeys(self._left(equation), (equation, None))
+        moving = dict.fromkeys(self._waiting(equation), (equation, None))
         waiting = list(moving)
         for body in waiting:
             self.visits += 1
@@ -65,7 +65,7 @@ class Sharing:
                 self._move(body, moving)
                 return
             for candidate in self.held[body]:
-                new = [b for b in self._left(candidate) if b not in moving]
+                new = [b for b in self._waiting(candidate) if b not in moving]
                 moving |= dict.fromkeys(new, (candidate, body))
                 waiting += new
 
@@ -98,7 +98,7 @@ class Sharing:
             self.visits += 1
             if len(self.held[member]) < COORDINATES or len(reached) > most:
                 return None
-            new = {b for e in self.held[member] for b in self._left(e)} - reached
+            new = {b for e in self.held[member] for b in self._waiting(e)} - reached
             reached |= new
             waiting += new
         return reached
@@ -109,32 +109,32 @@ class Coordinate:
     """One scalar of the plan. source: "free" (independent), "drive" (prescribed) or "unknown"
     (solved by its group).
 
-    what: "x", "y", "angle" of the body, or a relative coordinate of the joint.
+    axis: "x", "y", "angle" of the body, or a relative coordinate of the joint.
     """
 
     source: str
     body: Body
-    what: str
+    axis: str
     joint: Joint | None = None
     drive: Element | None = None
 
     @property
-    def place(self) -> tuple:
+    def address(self) -> tuple:
         """Body or joint that it is a coordinate of, and its name there."""
-        return self.body if self.joint is None else self.joint, self.what
+        return self.body if self.joint is None else self.joint, self.axis
 
     @property
     def key(self) -> str:
         """Its name in result files."""
-        return f"{self.place[0].key}/{self.what}"
+        return f"{self.address[0].key}/{self.axis}"
 
     @property
     def turns(self) -> bool:
         """True for an angle, False for a length."""
-        return self.what in ("angle", TURN)
+        return self.axis in ("angle", TURN)
 
     def label(self) -> str:
-        return f"{self.place[0].name} {self.what}"
+        return f"{self.address[0].name} {self.axis}"
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ class Group:
         return [c for c in self.coordinates if c.source == "unknown"]
 
     @property
-    def given(self) -> list[Coordinate]:
+    def inputs(self) -> list[Coordinate]:
         """Coordinates that are free or prescribed."""
         return [c for c in self.coordinates if c.source != "unknown"]
 
@@ -196,7 +196,7 @@ class Plan:
             (
                 group.form,
                 tuple((at(a.body), at(a.parent), at(a.joint)) for a in group.attachments),
-                tuple((c.source, at(c.place[0]), c.what) for c in group.coordinates),
+                tuple((c.source, at(c.address[0]), c.axis) for c in group.coordinates),
                 tuple(map(at, group.closures)),
             )
             for group in self.groups
@@ -267,7 +267,7 @@ class _Planner:
             plan.groups.append(group)
             placed = {a.body for a in group.attachments}
             self.known |= placed
-            self.sharing.place(placed)
+            self.sharing.settle(placed)
         self._check_joints(plan)
         used = {c.drive for c in plan.of("drive")}
         for drive in (*self.angle_of.values(), *self.driven.values()):

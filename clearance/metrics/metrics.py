@@ -644,7 +644,7 @@ def _change(states: np.ndarray, shift: float) -> np.ndarray:
     return later - states[:, :count]
 
 
-def own(function: Callable, record: Record) -> Metrics:
+def of_user(function: Callable, record: Record) -> Metrics:
     """Metrics of a user's function.
 
     Raises ValueError for one that gives neither a number nor numbers by name.

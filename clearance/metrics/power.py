@@ -29,15 +29,15 @@ from clearance.scene.scene import Scene
 class _Motion(NamedTuple):
     """A point of a body over the samples: place [m], angle of the body [rad], and their rates."""
 
-    place: np.ndarray
+    position: np.ndarray
     angle: np.ndarray
     velocity: np.ndarray
     spin: np.ndarray
 
     def at(self, point: np.ndarray) -> "_Motion":
         """Of the point of the same body that is at this place."""
-        velocity = self.velocity + 1j * self.spin * (point - self.place)
-        return self._replace(place=point, velocity=velocity)
+        velocity = self.velocity + 1j * self.spin * (point - self.position)
+        return self._replace(position=point, velocity=velocity)
 
 
 def power_residual(scene: Scene, record: Record) -> np.ndarray:
@@ -69,7 +69,7 @@ def _fed(load: Load, record: Record) -> np.ndarray | float:
             return _over_time(torque, record) * _centre(body, record).spin
         case SpringDamper(name=name, a=a, b=b):
             start, end = _point(a, record), _point(b, record)
-            rate = _dot(_direction(end.place - start.place), end.velocity - start.velocity)
+            rate = _dot(_direction(end.position - start.position), end.velocity - start.velocity)
             return -record.values(f"springs/{name}/tension") * rate
         case TorsionSpring(a=a, b=b, stiffness=stiffness, damping=damping, moment=law):
             start, end = _centre(a, record), _centre(b, record)
@@ -86,11 +86,11 @@ def _slip(gear: Gear, record: Record) -> np.ndarray:
     if gear.second.slides:
         carrier = _centre(gear.second.a.body, record)
         line = complex(*gear.second.axis) * np.exp(1j * carrier.angle)
-        pitch = first.place - 1j * gear.ratio * line
+        pitch = first.position - 1j * gear.ratio * line
     else:
-        apart = second.place - first.place
+        apart = second.position - first.position
         line = 1j * _direction(apart)
-        pitch = first.place + gear.ratio / (gear.ratio - 1.0) * apart
+        pitch = first.position + gear.ratio / (gear.ratio - 1.0) * apart
     return _dot(line, second.at(pitch).velocity - first.at(pitch).velocity)
 
 
@@ -106,7 +106,7 @@ def _centre(body: Body, record: Record) -> _Motion:
 def _point(point: Point, record: Record) -> _Motion:
     centre, (x, y) = _centre(point.body, record), point.body.com[:2]
     arm = complex(point.x - x, point.y - y)
-    return centre.at(centre.place + arm * np.exp(1j * centre.angle))
+    return centre.at(centre.position + arm * np.exp(1j * centre.angle))
 
 
 def _force(x: float | BoundLaw, y: float | BoundLaw, record: Record) -> np.ndarray:

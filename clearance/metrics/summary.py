@@ -193,11 +193,11 @@ def _metrics(of, result, settle: float | None) -> dict:
     stored.
     """
     try:
-        given = of(result, settle)
+        values = of(result, settle)
     except KeyError:
         return {}
-    times = {name: {} if m.time is None else {"time_s": m.time} for name, m in given.items()}
-    return {name: {"value": m.value, "units": m.units} | times[name] for name, m in given.items()}
+    times = {name: {} if m.time is None else {"time_s": m.time} for name, m in values.items()}
+    return {name: {"value": m.value, "units": m.units} | times[name] for name, m in values.items()}
 
 
 def _stated(result, names: list[str], summary_name: str) -> dict:

@@ -60,7 +60,7 @@ class Point:
     contacts: int
     outputs: np.ndarray
     phase: float
-    place: Place = field(repr=False)
+    passage: Place = field(repr=False)
     tangent: np.ndarray = field(repr=False)
     matrix: np.ndarray = field(repr=False)
     kind: str = ""
@@ -122,9 +122,9 @@ class Follower:
         motion = Motion(self.scene(value), self.rtol, max_steps=self.max_steps)
         search = Search(motion, self.tolerance, most, report)
         section, fixed = search.solved(motion.start())
-        self.turns, self.phase, self.like = section.turns, section.phase, fixed.place
+        self.turns, self.phase, self.like = section.turns, section.phase, fixed.passage
         self.max_steps = motion.enough
-        unknowns = np.append(section.vector(fixed.place), self._share(value))
+        unknowns = np.append(section.vector(fixed.passage), self._share(value))
         direction = np.zeros(unknowns.size)
         direction[-1] = math.copysign(1.0, towards - value)
         return self._point(unknowns, direction)
@@ -151,12 +151,12 @@ class Follower:
     def change(self, unknowns: np.ndarray) -> np.ndarray:
         """F(Y, p)."""
         section = self.section(self._value(unknowns))
-        return section.change(section.place(unknowns[:-1], self.like))[0]
+        return section.change(section.passage(unknowns[:-1], self.like))[0]
 
     def matrix(self, unknowns: np.ndarray, change: np.ndarray) -> np.ndarray:
         """Derivative of F by Y and p, by forward differences."""
         section, base = self.section(self._value(unknowns)), unknowns[:-1]
-        derivative = section.derivative(section.place(base, self.like), base + change)
+        derivative = section.derivative(section.passage(base, self.like), base + change)
         return self._with_parameter(derivative, unknowns, change)
 
     def _with_parameter(
@@ -175,7 +175,7 @@ class Follower:
         if np.any(section.motion.held & section.motion.remembers):
             raise Family("a contact lasts for the entire period")
         contacts, duration = section.contacts, section.duration
-        passage = section.place(unknowns[:-1], self.like)
+        passage = section.passage(unknowns[:-1], self.like)
         derivative, spread = section.central(passage, unknowns[:-1] + change)
         matrix = self._with_parameter(derivative, unknowns, change)
         tangent = null_vector(matrix, along)
@@ -197,7 +197,7 @@ class Follower:
 
     def unknowns(self, point: Point) -> np.ndarray:
         """Coordinates and parameter of a point."""
-        return np.append(self.section(point.value).vector(point.place), self._share(point.value))
+        return np.append(self.section(point.value).vector(point.passage), self._share(point.value))
 
     def step(self, point: Point, length: float) -> tuple[Point, int]:
         """The point of the curve this far along the tangent of another, and the rounds that it
@@ -240,7 +240,7 @@ class Follower:
             or abs(point.slope) < STEEP
         ):
             return point
-        phase, passage = calmest(section, point.place)
+        phase, passage = calmest(section, point.passage)
         if phase == self.phase:
             return point
         self.sections.clear()
@@ -278,9 +278,9 @@ class Follower:
 
     def again(self, point: Point) -> tuple["Follower", Point]:
         """A follower that goes on from a point of a file, and that point with its derivative."""
-        drives = self.section(point.value).motion.made.size  # old files have no turns of them
-        passage = replace(point.place, turns=np.resize(point.place.turns, drives))
-        point = replace(point, place=passage)
+        drives = self.section(point.value).motion.rounds.size  # old files have no turns of them
+        passage = replace(point.passage, turns=np.resize(point.passage.turns, drives))
+        point = replace(point, passage=passage)
         follower = self._standing(point, point.period)
         follower.halves = follower._halves(point) if point.branch else None
         unknowns = follower.unknowns(point)
@@ -289,7 +289,7 @@ class Follower:
     def _standing(self, point: Point, turns: int) -> "Follower":
         """Another follower at a point, with the section of that, and a number of turns."""
         follower = copy(self)
-        follower.turns, follower.phase, follower.like = turns, point.phase, point.place
+        follower.turns, follower.phase, follower.like = turns, point.phase, point.passage
         follower.sections, follower.halves, follower.reason = {}, None, ""
         follower.shown = point.outputs
         return follower
@@ -300,7 +300,7 @@ class Follower:
         """
         section = Section(self.section(point.value).motion, self.turns // 2, self.phase)
         try:
-            return section.change(point.place)[0]
+            return section.change(point.passage)[0]
         except NotPeriodic:
             return np.zeros(0)
 

@@ -16,7 +16,7 @@ PARTS = ("y", "carried", "touching", "speeds", "ages", TURNS)  # of a place
 
 def places(points: list[Point]) -> dict[str, tuple[str, str, np.ndarray]]:
     """Columns that bring points back: where they stand, their tangents, phases and outputs."""
-    rows = {part: [getattr(p.place, part) for p in points] for part in PARTS}
+    rows = {part: [getattr(p.passage, part) for p in points] for part in PARTS}
     drives = max((row.size for row in rows[TURNS]), default=0)
     rows[TURNS] = [np.resize(row, drives) for row in rows[TURNS]]  # zeros for none
     columns = {part: ("1", f"{part} of the place", np.array(rows[part])) for part in PARTS}

@@ -96,8 +96,8 @@ class Motion:
                 "period: give it, period=SECONDS or --period S"
             )
         #: full turns that drives make in the time of one
-        self.made = _turns_made(self.mechanism, self.turn)
-        timeless = not _repeats(self.mechanism, self.turn, self.made)
+        self.rounds = _turns_made(self.mechanism, self.turn)
+        timeless = not _repeats(self.mechanism, self.turn, self.rounds)
         self.autonomous = timeless and turn is None and any(d.nominal for d in scene.drives)
         self._use(method)
         self.limit = int(self.run.state.step_limit)  # steps of a trajectory
@@ -118,7 +118,7 @@ class Motion:
         """Start of the scene, or end of another run; see `simulate`."""
         mechanism, spots = self.mechanism, len(self.mechanism.spots)
         y, carried = mechanism.y0.copy(), mechanism.work0[mechanism.layout.carried_places].copy()
-        turns = np.zeros(len(self.made), dtype=int)
+        turns = np.zeros(len(self.rounds), dtype=int)
         if start is not None:
             begin = state_from(mechanism, start)
             y[: mechanism.size], carried = begin.values, np.array(begin.carried)
@@ -174,7 +174,7 @@ class Motion:
         state = self.run.state
         np.copyto(state.memory, self.fresh)
         state.time, state.begin, state.step_limit = time, time, self.limit
-        self.run.place(start)
+        self.run.begin_at(start)
         self.begun, self.turns = time, start.turns
 
     def _advance(self, end: float) -> None:
@@ -214,7 +214,7 @@ class Motion:
 
     def later(self, state: Place, turns: int) -> Place:
         """A place as seen from so many turns later: its drives have made them before."""
-        return replace(state, turns=state.turns + turns * self.made)
+        return replace(state, turns=state.turns + turns * self.rounds)
 
     @property
     def held(self) -> np.ndarray:
@@ -369,7 +369,7 @@ class Section:
             ]
         )
 
-    def place(self, vector: np.ndarray, like: Place) -> Place:
+    def passage(self, vector: np.ndarray, like: Place) -> Place:
         """The place of these coordinates, in the same contacts as another one."""
         y, speeds, spots = like.y.copy(), like.speeds.copy(), self.spots(like)
         y[self.states] = vector[: self.states.size] * self.scale[self.states]
@@ -527,7 +527,7 @@ class Section:
         for i in range(base.size):
             moved = base.copy()
             moved[i] += step
-            change, _ = self.change(self.place(moved, start))
+            change, _ = self.change(self.passage(moved, start))
             columns.append((change + moved - image) / step)
         self.duration, self.contacts = way  # of the passage itself, not of its neighbours
         return np.stack(columns, axis=1)
@@ -540,7 +540,7 @@ def _driven_angle(mechanism: Mechanism) -> tuple[int, float]:
     """
     drive = next(d for d in mechanism.scene.drives if d.nominal)
     free = [i for i, c in enumerate(mechanism.plan.free) if c.turns]
-    turning = [i for i in free if mechanism.plan.free[i].place[0] is drive.target] or free
+    turning = [i for i in free if mechanism.plan.free[i].address[0] is drive.target] or free
     if not turning:
         raise ValueError(f"{drive.label()}: its angle is no state of the motion")
     return turning[0], math.copysign(TURN, drive.nominal)

@@ -77,7 +77,7 @@ def _again(section: Section, rtol: float, times: float) -> Section:
 
 def _moved(section: Section, fixed: Fixed) -> Fixed:
     """A fixed point after one step of Newton's method in a section."""
-    change, _ = section.change(fixed.place)
+    change, _ = section.change(fixed.passage)
     step = np.linalg.solve(np.eye(change.size) - fixed.derivative, change)
-    vector = section.vector(fixed.place) + step
-    return replace(fixed, place=section.place(vector, fixed.place))
+    vector = section.vector(fixed.passage) + step
+    return replace(fixed, passage=section.passage(vector, fixed.passage))

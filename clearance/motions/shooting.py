@@ -21,7 +21,7 @@ class Fixed:
     Newton's method, how far away the fixed point lies.
     """
 
-    place: Place
+    passage: Place
     derivative: np.ndarray
     spread: np.ndarray
     change: float
@@ -84,7 +84,7 @@ def newton(section: Section, passage: Place, tolerance: float) -> Fixed:
                 break
             if length > max(STRAIGHT * last, tolerance):
                 derivative = None
-            passage = section.place(base + step * (LIMIT / max(length, LIMIT)), passage)
+            passage = section.passage(base + step * (LIMIT / max(length, LIMIT)), passage)
             change, _ = section.change(passage)
             last = length
     raise NotPeriodic(
@@ -129,7 +129,7 @@ def settled(
         for _ in range(2):
             vector = section.vector(here)
             vector[slow] = z
-            here = section.next(section.place(vector, here))
+            here = section.next(section.passage(vector, here))
         return section.vector(here)[slow] - z
 
     z = section.vector(passage)[slow]
@@ -147,7 +147,7 @@ def settled(
             if length < tolerance:
                 vector = section.vector(here)
                 vector[slow] = z
-                return section.place(vector, here)
+                return section.passage(vector, here)
             step *= min(1.0, SLOW_LIMIT / length)
             z = z + step
             before, g = g, change(z)

@@ -143,7 +143,7 @@ def steady(
     orbit = write(run, output, None, error, 0.0, pair, extra=extra)
     warn(orbit.warnings)
     names = search.motion.mechanism.layout.names
-    states = {name: float(fixed.place.y[i]) for i, name in enumerate(names)}
+    states = {name: float(fixed.passage.y[i]) for i, name in enumerate(names)}
     values = fixed.multipliers, fixed.errors
     return Steady(orbit, *values, slow=search.slow, states=states, **facts)
 
@@ -312,16 +312,16 @@ class Search:
             return None
         leaving = LEAVING * vectors[:, first].real
         for side in (leaving, -leaving):
-            place = section.place(section.vector(saddle.place) + side, saddle.place)
+            passage = section.passage(section.vector(saddle.passage) + side, saddle.passage)
             changes = [0.0]
             try:
                 with self.motion.trials():
                     while changes[-1] < NEAR and len(changes) < SIDEWAYS:
-                        before, place = place, section.next(place)
-                        changes.append(float(np.abs(section.between(before, place)).max()))
+                        before, passage = passage, section.next(passage)
+                        changes.append(float(np.abs(section.between(before, passage)).max()))
                         if len(changes) > AGAIN and changes[-1] < FAST * max(changes):
                             break
-                fixed = newton(section, place, self.tolerance)
+                fixed = newton(section, passage, self.tolerance)
             except NotPeriodic:
                 continue
             if abs(fixed.multipliers[0]) < 1.0:
@@ -332,8 +332,8 @@ class Search:
         """The same motion with its shortest period."""
         for turns in (k for k in range(1, section.turns) if section.turns % k == 0):
             shorter = Section(self.motion, turns, section.phase)
-            if np.abs(shorter.apart(fixed.place)).max() < SAME * self.tolerance:
-                return shorter, newton(shorter, fixed.place, self.tolerance)
+            if np.abs(shorter.apart(fixed.passage)).max() < SAME * self.tolerance:
+                return shorter, newton(shorter, fixed.passage, self.tolerance)
         return section, fixed
 
     def plain_turns(self, fixed: Fixed) -> float | None:
@@ -425,7 +425,7 @@ def _orbiting(samples: int, section: Section, fixed: Fixed) -> Run:
         samples=samples * section.turns + 1,
         opened=motion.mechanism.opened,
     )
-    run.place(section.at_start(fixed.place))
+    run.begin_at(section.at_start(fixed.passage))
     run.mechanism.count_from(run.state.y, run.state.work)
     run.method.reason = motion.run.method.reason
     run.started = "a point of a periodic motion"

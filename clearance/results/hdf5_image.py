@@ -323,7 +323,7 @@ class _Texts:
 
     def __init__(self, address: int):
         self.aside = -address % 8
-        self.place, self.objects = address + self.aside, []
+        self.address, self.objects = address + self.aside, []
 
     def references(self, texts: str | list[str]) -> bytes:
         """Length, heap and number of each of them."""
@@ -331,7 +331,7 @@ class _Texts:
         for text in [texts] if isinstance(texts, str) else texts:
             data = str(text).encode()
             self.objects.append(data)
-            references += REFERENCE.pack(len(data), self.place, len(self.objects))
+            references += REFERENCE.pack(len(data), self.address, len(self.objects))
         return references
 
     def heap(self) -> bytes:

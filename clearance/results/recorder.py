@@ -62,7 +62,7 @@ class Samples:
         if self.file is None:
             self.file = tempfile.TemporaryFile()  # noqa: SIM115 - closed where nobody refers to it
             weakref.finalize(self, self.file.close)
-        self.file.seek(self._place(sum(self.stored)))
+        self.file.seek(self._byte(sum(self.stored)))
         while self.held:
             times, rows = self.held[0]
             self.file.write(times.tobytes())
@@ -71,7 +71,7 @@ class Samples:
             self.stored.append(len(times))
             del self.held[0]
 
-    def _place(self, rows: int) -> int:
+    def _byte(self, rows: int) -> int:
         """Byte behind so many rows."""
         return 8 * rows * (1 + self.width)
 
@@ -94,13 +94,13 @@ class Samples:
             return behind[0]
         values, at = np.empty(self.count), 0
         for rows in self.stored:
-            self._read(self._place(at) + 8 * line * rows, values[at : at + rows])
+            self._read(self._byte(at) + 8 * line * rows, values[at : at + rows])
             at += rows
         values[at:] = behind[0] if behind else ()
         return values
 
-    def _read(self, place: int, values: np.ndarray) -> None:
-        self.file.seek(place)
+    def _read(self, offset: int, values: np.ndarray) -> None:
+        self.file.seek(offset)
         self.file.readinto(values.data)
 
     def blocks(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -108,7 +108,7 @@ class Samples:
         at = 0
         for rows in self.stored:
             block = np.empty((1 + self.width, rows))
-            self._read(self._place(at), block.reshape(-1))
+            self._read(self._byte(at), block.reshape(-1))
             yield block[0], block[1:].T
             at += rows
         yield from self.held
@@ -139,15 +139,15 @@ class Ranges(Postponed):
 
     @property
     def extremes(self) -> Extremes | None:
-        return self._made[2]
+        return self._content[2]
 
     @property
     def integrals(self) -> Integrals | None:
-        return self._made[3]
+        return self._content[3]
 
     def of(self, channel: int) -> tuple[float, float]:
         """Smallest and largest sample of a channel."""
-        low, high, *_ = self._made
+        low, high, *_ = self._content
         return low[channel], high[channel]
 
 
@@ -426,19 +426,19 @@ class Recorder:
         sink,
         stepped: bool = False,
         floor: float = 0.0,
-        place: dict[str, int] | None = None,
+        index: dict[str, int] | None = None,
     ):
         self.channels, self.sink, self.stepped, self.floor = channels, sink, stepped, floor
-        self.place = place or {c.path: i for i, c in enumerate(channels)}
+        self.index = index or {c.path: i for i, c in enumerate(channels)}
         self.balance, self.kinetic = (
-            self.place.get("energy/residual"),
-            self.place.get("energy/kinetic"),
+            self.index.get("energy/residual"),
+            self.index.get("energy/kinetic"),
         )
         self.last: tuple[float, np.ndarray] | None = None
         self.zero = 0.0
         self.facts: dict[str, dict] = {}  # attributes of groups
         self.work = [
-            self.place[p] for p in ("energy/input", "energy/dissipated") if p in self.place
+            self.index[p] for p in ("energy/input", "energy/dissipated") if p in self.index
         ]
         self.energies = [] if self.balance is None else [self.kinetic, *self.work, self.balance]
         # what summary and ledger have not taken in: rows; energies of the first, those of steps
@@ -473,7 +473,7 @@ class Recorder:
     def angles(self) -> list[tuple[int, int]]:
         """Places of angles that are made continuous, and of their rates."""
         angles = ((i, c.path) for i, c in enumerate(self.channels) if c.wrapped)
-        return [(i, self.place[path.replace("theta", "omega")]) for i, path in angles]
+        return [(i, self.index[path.replace("theta", "omega")]) for i, path in angles]
 
     def samples(self, times: np.ndarray, rows: np.ndarray) -> None:
         """Append output rows."""
@@ -547,9 +547,9 @@ class Recorder:
         self.add_facts(
             group,
             **{
-                n: sums.totals[self.place[p]] / sums.rows
+                n: sums.totals[self.index[p]] / sums.rows
                 for p, n in means.items()
-                if p in self.place and sums.rows
+                if p in self.index and sums.rows
             },
         )
 
@@ -611,5 +611,5 @@ class Recorder:
         """Extremes of the entire run as attributes of the joints, with their times."""
         for name in extremes.columns if extremes else ():
             group, _, its = name.rpartition("/")
-            if its == quantity and f"{group}/force_x" in self.place and (at := extremes.of(name)):
+            if its == quantity and f"{group}/force_x" in self.index and (at := extremes.of(name)):
                 self.add_facts(group, **{fact: at.value, f"{fact}_time": at.time})

@@ -219,10 +219,10 @@ class Result(Record):
 
     def pressure_fields(self, joint: str) -> PressureFields | None:
         """Pressure fields of a joint's film; None where none was requested of the run."""
-        place = PATH_OF_FIELDS.format(joint)
-        if not self.reader.has(place):
+        path = PATH_OF_FIELDS.format(joint)
+        if not self.reader.has(path):
             return None
-        return PressureFields(**FIELDS_OF_PRESSURE.read(self.reader, place))
+        return PressureFields(**FIELDS_OF_PRESSURE.read(self.reader, path))
 
     def to_xarray(self):
         """All of it as an xarray DataTree in memory, with the groups, units and attributes of the
@@ -348,14 +348,14 @@ def _extremes_of_format_1(reader: Reader) -> Extremes:
         for name in reader.names(kind)
     ]
     columns, units = {}, {}
-    for place in [
+    for path in [
         *groups,
         *(f"{group}/{name}" for group in groups for name in reader.names(group)),
     ]:
-        about = reader.attributes(place)
+        about = reader.attributes(path)
         for attribute in ends.keys() & about.keys():
-            columns[place + ends[attribute]] = about[attribute]
-            units[place + ends[attribute]] = str(about.get("units", "N"))
+            columns[path + ends[attribute]] = about[attribute]
+            units[path + ends[attribute]] = str(about.get("units", "N"))
     values = np.array(list(columns.values()), dtype=float).T.reshape(-1, len(columns))
     length = float(reader.attribute("", "stretch_s"))
     return Extremes(

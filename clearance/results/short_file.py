@@ -61,10 +61,10 @@ class ShortFile(Memory):
         moment = time.time()
         self.about = Later(lambda: opening(content.attributes, moment))
         super().__init__(content.channels, content.attributes, content.logs)
-        self.given, self.remembering = None if path is None else Path(path), remembering
+        self.target, self.remembering = None if path is None else Path(path), remembering
         self.kept, self.lock = content.kept, None
         self._content_of_run = content
-        if self.given is not None:
+        if self.target is not None:
             self._check_path()
         self.rows_in_chunk = content.rows_in_chunk
         self.groups: dict[str, Group] = {}
@@ -77,10 +77,10 @@ class ShortFile(Memory):
         return replace(self._content_of_run, attributes=self.about)
 
     def _check_path(self) -> None:
-        check_name(self.given)
-        self.given.parent.mkdir(parents=True, exist_ok=True)
+        check_name(self.target)
+        self.target.parent.mkdir(parents=True, exist_ok=True)
         if self.locked:
-            self.lock = lock_of(self.given)
+            self.lock = lock_of(self.target)
 
     def _take(self, kind: str, *piece) -> None:
         if self.stream is not None:
@@ -133,19 +133,19 @@ class ShortFile(Memory):
 
     def result(self) -> Result:
         """The run, once it is stored."""
-        if self.given is None:
-            return MemoryResult(self.reader(), self._made)
+        if self.target is None:
+            return MemoryResult(self.reader(), self._file)
         if self.stream is not None:
-            return Result(self.given)
-        return HeldResult(self.given, self.reader())
+            return Result(self.target)
+        return HeldResult(self.target, self.reader())
 
     # --- its file
     @property
     def path(self) -> Path:
         """Place of the file; a temporary one where none was given."""
-        if self.given is None:
-            self.given = temporary_file()
-        return self.given
+        if self.target is None:
+            self.target = temporary_file()
+        return self.target
 
     @property
     def placed(self) -> bool:
@@ -153,12 +153,12 @@ class ShortFile(Memory):
         return self.stored or (self.stream is not None and self.stream.placed)
 
     @property
-    def left(self) -> str:
+    def remains(self) -> str:
         """Description of the files of a run that ended early."""
         if self.stream is not None:
-            return self.stream.left
+            return self.stream.remains
         if self.ended is None:
-            return f"{self.given or 'a file'} was not written"
+            return f"{self.target or 'a file'} was not written"
         return f"what was computed is stored in {self.path}"
 
     def store(self) -> None:
@@ -168,8 +168,8 @@ class ShortFile(Memory):
         """
         try:
             if self.stream is None and self.ended is not None:
-                if self.given is not None:
-                    self.image = self._made()
+                if self.target is not None:
+                    self.image = self._file()
                     self._write()
                 self.stored = True
         finally:
@@ -178,10 +178,10 @@ class ShortFile(Memory):
 
     def _write(self) -> None:
         try:
-            replace_file(self.given, self.image)
+            replace_file(self.target, self.image)
         except OSError as error:
             if self.lasting and error.errno in FULL:
-                self._keep_what_fits(Unwritable(self.given, error.errno))
+                self._keep_what_fits(Unwritable(self.target, error.errno))
             raise
 
     def _keep_what_fits(self, reason: Unwritable) -> None:
@@ -193,7 +193,7 @@ class ShortFile(Memory):
             self.stream.close(f"partial: {reason}", *self.ended[1:])
         raise reason
 
-    def _made(self) -> bytes:
+    def _file(self) -> bytes:
         """The file, from the image of one like it where the store has it."""
         from clearance.results import hdf5_image
 
@@ -203,15 +203,15 @@ class ShortFile(Memory):
         shapes = hdf5_image.likeness(attributes, growing, tables, self.rows_in_chunk)
         named = tuple(self.channels[i] for i in self.kept), *spots(self.channels)
         key = *named, self.rows_in_chunk, shapes
-        image, made = _images.get(key), b""
+        image, data = _images.get(key), b""
         if image is None:
             # many processes write one file, or few that are alike
             lasting = not _images or key in _images
-            image, made = self._image(key, content, lasting)
+            image, data = self._image(key, content, lasting)
             while len(_images) >= MOST_IMAGES:
                 del _images[next(iter(_images))]
             _images[key] = image
-        return made or bytes(image.filled(attributes, growing | tables))
+        return data or bytes(image.filled(attributes, growing | tables))
 
     def _image(self, key: tuple, content: tuple, lasting: bool) -> "tuple[Image | None, bytes]":
         """The image of files like this from the store, or the file, and its image where that is to
@@ -220,25 +220,25 @@ class ShortFile(Memory):
         from clearance.machine import store
         from clearance.results.hdf5_image import Image, made_from
 
-        text, made = f"{made_from()} {key}", b""
+        text, data = f"{made_from()} {key}", b""
         name = f"image_{hashlib.sha256(text.encode()).hexdigest()[:32]}"
 
         def make() -> bytes:
-            nonlocal made
-            made, image = self._from_hdf5(*content)
+            nonlocal data
+            data, image = self._from_hdf5(*content)
             return image.packed() if image else b""
 
         if not lasting and not store.file_of(name).exists():
             return None, self._from_hdf5(*content)[0]
         packed, _ = store.stored(name, make)
         image = Image.unpacked(packed) if packed else None
-        return image, made or (b"" if image else self._from_hdf5(*content)[0])
+        return image, data or (b"" if image else self._from_hdf5(*content)[0])
 
     def _from_hdf5(self, attributes, growing, tables) -> "tuple[bytes, Image | None]":
         """The file as HDF5 makes it, and its image where it has one."""
         from clearance.results.hdf5_image import Image, Unknown
 
-        maker = ImageSink(self.given or Path("run.h5"), self.content)
+        maker = ImageSink(self.target or Path("run.h5"), self.content)
         self.hand_on(maker)
         maker.close(*self.ended, self.groups)
         with maker.file as file:
@@ -269,7 +269,7 @@ class ShortFile(Memory):
 
     def reader(self) -> MemoryReader:
         """A reader of what the file holds, as it holds it."""
-        return MemoryReader(Later(self._ready), self._all, self.given)
+        return MemoryReader(Later(self._ready), self._all, self.target)
 
     def _ready(self) -> dict[str, Mapping]:
         """Attributes of the file and of its solver."""

@@ -313,7 +313,7 @@ class Stream(FinishedFile):
         os.dup2(null, self.file.id.get_vfd_handle(), inheritable=False)
         os.close(null)
 
-    def _place(self) -> None:
+    def _rename(self) -> None:
         """Give the complete file its name."""
         with self._writing():
             self.file.flush()
@@ -325,7 +325,7 @@ class Stream(FinishedFile):
         self._release()
 
     @property
-    def left(self) -> str:
+    def remains(self) -> str:
         """Description of the files of a run that ended early."""
         if not self.placed:
             return f"{self.path} was not written"
@@ -439,7 +439,7 @@ class Stream(FinishedFile):
                     column.attrs["actual_range"] = ranges.of(i)
             for path, group in (*ranged(ranges).items(), *groups.items()):
                 group.write(self.file, path)
-        self._place()
+        self._rename()
 
 
 def opening(attributes: Mapping, moment: float | None = None) -> dict:
@@ -498,7 +498,7 @@ class ImageSink(Stream):
     def _detach(self) -> None:
         """There is nothing that writes to a disk."""
 
-    def _place(self) -> None:
+    def _rename(self) -> None:
         """The file is opened again: what `image` is made of can be looked up in it."""
         self.file.close()
         self.image = self.content.getvalue()

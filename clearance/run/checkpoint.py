@@ -65,7 +65,7 @@ class PartsSink(FinishedFile):
                     "would mix; leave them out"
                 )
             folder_at(self.folder)
-            before = self._found()
+            before = self._state()
             self._next()
         except BaseException:
             self.lock.release()
@@ -77,7 +77,7 @@ class PartsSink(FinishedFile):
         self.stretch.abandon()
         self.lock.release()
 
-    def _found(self) -> dict | None:
+    def _state(self) -> dict | None:
         """The state to go on from, its stretches all there."""
         saved = load(self.folder / STATE)
         if saved is not None:
@@ -155,7 +155,7 @@ class PartsSink(FinishedFile):
         return joined
 
     @property
-    def left(self) -> str:
+    def remains(self) -> str:
         """Description of the files of a run that ended early."""
         if self.placed:
             return (
@@ -166,7 +166,7 @@ class PartsSink(FinishedFile):
                 f"its checkpoints are stored in {self.folder}, and the same call goes on from the "
                 "last one"
             )
-        return f"{self.path} was not written" if self.stretch is None else self.stretch.left
+        return f"{self.path} was not written" if self.stretch is None else self.stretch.remains
 
 
 def parts_folder(path: str | Path) -> Path:

@@ -147,7 +147,7 @@ class Diagnosis:
             named = named or lost_at(mechanism, state.work, state.time, state.y)
             named = named or self._held_film()
             reason = named or reason + self._stiff_films()
-        where = "; ".join(self._place()) or "no free state"
+        where = "; ".join(self._states()) or "no free state"
         return f"at t = {state.time:.9g} s: {reason} ({where}){self._ways_out(code)}"
 
     def _films(self) -> list:
@@ -223,7 +223,7 @@ class Diagnosis:
         held = [_held(joint, _named(outputs, f"{joint.key}/")) for joint in mixed]
         return max(held, key=lambda one: one[0])[1]
 
-    def _place(self) -> list[str]:
+    def _states(self) -> list[str]:
         """Free states of the run, in words."""
         mechanism, y = self.run.mechanism, self.run.state.y
         states = [f"{j.name}: {j.place_of(self.run.offsets(j))}" for j in mechanism.eccentric]

@@ -86,14 +86,14 @@ class HoleCheck:
         return bool(monotone(self.highest, self.left))
 
 
-def monotone(highest, left):
+def monotone(highest, bottom):
     """True where the load between the rim and the bottom of a hole falls by too little to count."""
-    return highest - left <= LOSS * np.abs(highest)
+    return highest - bottom <= LOSS * np.abs(highest)
 
 
-def met(highest, left, where, wanted, reached):
+def met(highest, bottom, where, wanted, reached):
     """True where the load `wanted` [N] meets a hole that a run comes down to."""
-    return ~(monotone(highest, left) | (left >= wanted) | (reached > where))
+    return ~(monotone(highest, bottom) | (bottom >= wanted) | (reached > where))
 
 
 def checkable(joint) -> bool:
@@ -334,18 +334,18 @@ def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0
     checks.finite("entrainment", entrainment)
     checks.finite("approach", approach)
     loads = _of(joint)
-    _, _, highest, left, rim, where = loads("scans", entrainment, approach, 0.0)
-    given = joint.transition.parameters
-    ends = [given.get(n, d) for n, d in DEFAULTS.items()] + [joint.clearance, joint.roughness]
+    _, _, highest, bottom, rim, where = loads("scans", entrainment, approach, 0.0)
+    parameters = joint.transition.parameters
+    ends = [parameters.get(n, d) for n, d in DEFAULTS.items()] + [joint.clearance, joint.roughness]
     ratio = [scanned_ratio(k, *ends) for k in range(SCANNED + 1)]
     load = [loads("loads", r * joint.roughness, approach, entrainment)[1] for r in ratio]
     cause = ""
-    if highest > left:
+    if highest > bottom:
         first, last = (int(np.abs(np.array(ratio) - at).argmin()) for at in (rim, where))
-        half = 0.5 * (highest + left)
+        half = 0.5 * (highest + bottom)
         fallen = next((k for k in range(first, last + 1) if load[k] <= half), last)
         cause = _cause(joint, ratio, first, fallen)
-    return HoleCheck(tuple(ratio), tuple(load), highest - left, left, where, rim, cause)
+    return HoleCheck(tuple(ratio), tuple(load), highest - bottom, bottom, where, rim, cause)
 
 
 def _cause(joint: ClearanceRevolute, ratio: list[float], rim: int, half: int) -> str:
@@ -381,10 +381,10 @@ def hole_warning(
     """
     if not checkable(joint):
         return None
-    _, approach, highest, left, _, where = _of(joint)("scans", 2.0 * frequency, 0.0, wanted)
+    _, approach, highest, bottom, _, where = _of(joint)("scans", 2.0 * frequency, 0.0, wanted)
     if reached is None and approach == 0.0:
         return None
-    if not met(highest, left, where, wanted, -math.inf if reached is None else reached):
+    if not met(highest, bottom, where, wanted, -math.inf if reached is None else reached):
         return None
     hole = hole_check(joint, 2.0 * frequency, approach)
     moving = f"closes at {approach:.2g} m/s" if approach else "closes slowly"

@@ -12,7 +12,7 @@ from clearance.scene.scene import Scene, idealised
 from clearance.stepping import status as codes
 
 MOST_KEPT = 64  # ideal motions held in memory
-_made: dict[tuple, dict | None] = {}
+_motions: dict[tuple, dict | None] = {}
 
 
 def ideal_motion(scene: Scene, span: Span, described: dict) -> dict | None:
@@ -49,11 +49,11 @@ def _unit_motion(scene: Scene, span: Span, described: dict) -> dict | None:
     # of the same turns at another speed only rounding differs: no run may depend on which was first
     angle = float(f"{span.until * rate:.14g}")
     key = (_kinematics(described, steady), angle, span.samples)
-    if key not in _made:
-        if len(_made) == MOST_KEPT:
-            _made.clear()
-        _made[key] = _motion(scene, rate, Span(angle, span.samples), slides)
-    return _made[key]
+    if key not in _motions:
+        if len(_motions) == MOST_KEPT:
+            _motions.clear()
+        _motions[key] = _motion(scene, rate, Span(angle, span.samples), slides)
+    return _motions[key]
 
 
 def _kinematics(scene: dict, steady: bool) -> tuple:

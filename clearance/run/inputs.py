@@ -34,7 +34,7 @@ FOREIGN += (Path(__file__).resolve().parent.parent,)
 INSTALLED = {"site-packages", "dist-packages"}
 
 
-def made(mechanism: Mechanism, modules: dict[str, str], files: dict[str, str]) -> dict:
+def inputs_of(mechanism: Mechanism, modules: dict[str, str], files: dict[str, str]) -> dict:
     """Inputs of the runs of a mechanism, as plain data; modules, files: see `modules_of`,
     `files_named`.
     """
@@ -45,9 +45,9 @@ def made(mechanism: Mechanism, modules: dict[str, str], files: dict[str, str]) -
 def of_case(mechanism: Mechanism, case: Case | None, values: Iterable[object]) -> dict:
     """The same with the files of a case and of these values of its parameters; None: of a scene."""
     if case is None:
-        return made(mechanism, {}, {})
+        return inputs_of(mechanism, {}, {})
     source = {"source": case.source}
-    return made(mechanism, modules_of(case.files), files_named(values)) | source
+    return inputs_of(mechanism, modules_of(case.files), files_named(values)) | source
 
 
 def common(modules: dict[str, str], files: dict[str, str] | None = None) -> dict:

@@ -124,12 +124,12 @@ def attributes_of(run: Run, **more: str) -> Mapping:
     def text() -> str:
         return "\n\n".join(mechanism.structure.texts[r] for r in roles)
 
-    def made() -> dict:
+    def attributes() -> dict:
         kernel = mechanism.remembered(("text", *roles), text)
         about = {"kernel": kernel, "start": started, "options": json.dumps(options)}
         return mechanism.scene.provenance | about | more
 
-    return Later(made)
+    return Later(attributes)
 
 
 def _sum_wear(run: Run) -> None:

@@ -92,7 +92,7 @@ class Run:
     def _begin(self) -> None:
         """Stand at the start, as an earlier run of the scene did that had the same numbers."""
         mechanism, method = self.mechanism, self.method
-        about = mechanism.own, self.span, self.solver, self.outputs, method.fuses
+        about = mechanism.numbers, self.span, self.solver, self.outputs, method.fuses
         cast, roles, links = mechanism.remembered(("begun", *about), self._begun)
         self.state = cast(mechanism.par)
         method.roles = roles
@@ -158,7 +158,7 @@ class Run:
         stand_still(mechanism, begin.text.startswith(QUASI_STATIC))
         mechanism.count_from(state.y, state.work)
 
-    def place(self, start) -> None:
+    def begin_at(self, start) -> None:
         """Begin in a state amidst a motion, see `periodic.maps.Place`."""
         state = self.state
         self.mechanism.turn(start.turns)
@@ -210,14 +210,14 @@ class Run:
         """Largest or smallest value of a watched quantity so far."""
         return self._looked_at("outermost")[self.watched.columns[name]]
 
-    def _looked_at(self, what: str):
+    def _looked_at(self, name: str):
         """Something that `watched` finds in the state; at the end it is looked up once."""
         steps = int(self.state.steps)
         if self._looked.get("steps") != steps or self.state.time < self.span.until:
             self._looked = {"steps": steps}
-        if what not in self._looked:
-            self._looked[what] = getattr(self.watched, what)(self.state)
-        return self._looked[what]
+        if name not in self._looked:
+            self._looked[name] = getattr(self.watched, name)(self.state)
+        return self._looked[name]
 
     def outputs_here(self) -> np.ndarray:
         """Outputs where the run stands."""

@@ -184,10 +184,10 @@ class Wearing(Observer):
         self.turns: dict[str, list[Turn]] = {name: [] for name in self.sums}
         layout = run.mechanism.layout
         first = layout.length - len(layout.sums)
-        self.place = (
+        self.index = (
             {path: first + i for i, path in enumerate(layout.sums)} if layout.ledger else {}
         )
-        self.before = dict.fromkeys(self.place, 0.0)
+        self.before = dict.fromkeys(self.index, 0.0)
 
     def follow(self, log, trail):
         """Add a piece of steps."""
@@ -204,10 +204,10 @@ class Wearing(Observer):
         y = self.run.state.y
         for name, sums in self.sums.items():
             paths = {b: f"joints/{name}/wear_volume_{b}" for b in BODIES.values()}
-            there = {b: p for b, p in paths.items() if p in self.place}
-            exact = {b: float(y[self.place[p]] - self.before[p]) for b, p in there.items()}
+            there = {b: p for b, p in paths.items() if p in self.index}
+            exact = {b: float(y[self.index[p]] - self.before[p]) for b, p in there.items()}
             self.turns[name].append(sums.finish(exact))
-        self.before = {path: float(y[i]) for path, i in self.place.items()}
+        self.before = {path: float(y[i]) for path, i in self.index.items()}
 
     def add_facts(self, recorder) -> None:
         """Hand the wear of the run to a record, joint by joint."""

@@ -80,12 +80,12 @@ RATES = ("angular_velocity", "velocity")  # of bodies at the start
 class Misplaced(ValueError):
     """An error in a document.
 
-    place: names of the tables and of the field, from outside in; `whole`: nothing stands around it.
+    path: names of the tables and of the field, from outside in; `whole`: nothing stands around it.
     """
 
-    def __init__(self, place: tuple[str, ...], text: str, complete: bool = False):
-        super().__init__(f"{'.'.join(place)}: {text}")
-        self.place, self.text, self.whole = place, text, complete
+    def __init__(self, path: tuple[str, ...], text: str, complete: bool = False):
+        super().__init__(f"{'.'.join(path)}: {text}")
+        self.path, self.text, self.whole = path, text, complete
 
 
 @contextmanager
@@ -96,7 +96,7 @@ def at(*names: str, complete: bool = False) -> Iterator[None]:
     except Misplaced as error:
         if error.whole:
             raise
-        raise Misplaced((*names, *error.place), error.text, complete) from error
+        raise Misplaced((*names, *error.path), error.text, complete) from error
     except (ValueError, TypeError, KeyError, ImportError) as error:
         text = str(error.args[0]) if error.args else str(error)
         raise Misplaced(names, text, complete) from error
@@ -200,8 +200,8 @@ def bound_to(law: Law | Callable, values: dict) -> BoundLaw:
     values = {name: _setting(law, value) for name, value in values.items()}
     if not isinstance(law, DataLaw):
         return law(**values)
-    settings = {n: v for n, v in values.items() if n not in law.given}
-    return law.bind(settings, **{n: v for n, v in values.items() if n in law.given})
+    settings = {n: v for n, v in values.items() if n not in law.inputs}
+    return law.bind(settings, **{n: v for n, v in values.items() if n in law.inputs})
 
 
 def _setting(law: Law | Callable, value: object) -> object:
@@ -245,7 +245,7 @@ class Parts:
         if name not in self._bodies:
             known("unknown body", name, self.body_tables)
             with at("body", name, complete=True):
-                self._bodies[name] = self._made(Body, {"name": name, **self.body_tables[name]})
+                self._bodies[name] = self._built(Body, {"name": name, **self.body_tables[name]})
         return self._bodies[name]
 
     def point(self, value: object) -> Point | Body:
@@ -274,7 +274,7 @@ class Parts:
             kind, table = self.tables[key]
             with at(section, name, complete=True):
                 known("unknown kind", kind, KINDS)
-                self._elements[key] = self._made(KINDS[kind], {"name": name, **table})
+                self._elements[key] = self._built(KINDS[kind], {"name": name, **table})
         return self._elements[key]
 
     def reference(self, value: object, kinds: tuple) -> object:
@@ -296,7 +296,7 @@ class Parts:
         raise ValueError(f"nothing of that name: {text!r}{meant(name, names)}")
 
     # --- values
-    def _made(self, kind: type, table: Mapping) -> object:
+    def _built(self, kind: type, table: Mapping) -> object:
         """A dataclass from its table."""
         fields_of = {f.name: f for f in fields(kind)}
         needed = [n for n, f in fields_of.items() if is_needed(f)]
@@ -356,7 +356,7 @@ class Parts:
         """A material, a lubricant or a balance of heat: its table, or the name of one."""
         section = kind.__name__.lower()
         if isinstance(value, Mapping):
-            return self._made(kind, {n: v for n, v in value.items() if n != "type"})
+            return self._built(kind, {n: v for n, v in value.items() if n != "type"})
         if (section, value) in self.ready:
             return self.ready[section, value]
         tables = self.shared.get(section, {})
@@ -371,7 +371,7 @@ class Parts:
         if not isinstance(table, Mapping):
             raise ValueError(f"expected a table, got {table!r}")
         named = {"name": name} if "name" in {f.name for f in fields(kind)} else {}
-        return self._made(kind, named | table)
+        return self._built(kind, named | table)
 
     def law(self, value: object, field: Field | None = None) -> BoundLaw | None:
         """A law: its name, or a table of its name and its parameters; None for the name none."""

@@ -59,7 +59,7 @@ def _named(family: str, trait: str, parameter: str, complete: Callable) -> dict[
     module = vars(import_module(f"clearance.laws.{family}"))
     members = [module[n] for n in sorted(module) if isinstance(module[n], laws.Law)]
     by_trait = {law.name: getattr(law, trait) for law in members if getattr(law, trait)}
-    others = [law for law in members if parameter in law.given and law.name not in by_trait]
+    others = [law for law in members if parameter in law.inputs and law.name not in by_trait]
     return {law.name: partial(complete, law) for law in others} | by_trait
 
 

@@ -56,7 +56,7 @@ class Scene(Celled):
                 raise TypeError(f"scene parts must be joints, drives or loads, got {part!r}")
         vars(self).update(
             name=checks.identifier("scene name", name),
-            gravity=checks.place("gravity", gravity),
+            gravity=checks.point("gravity", gravity),
             joints=tuple(p for p in parts if isinstance(p, Joint)),
             loads=tuple(p for p in parts if not isinstance(p, Joint)),
             parameters={},
@@ -328,7 +328,7 @@ def _changeable(part: Body | Element) -> list[str]:
         name = f"{part.key}/{field.name}"
         value = getattr(part, field.name)
         if isinstance(value, BoundLaw):
-            names += [f"{name}/{parameter}" for parameter in value.law.given]
+            names += [f"{name}/{parameter}" for parameter in value.law.inputs]
         elif isinstance(value, int | float) and not isinstance(value, bool):
             names.append(name)
     return names

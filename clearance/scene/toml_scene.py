@@ -311,7 +311,7 @@ def laws_for(field: Field | None) -> dict[str, Law | Callable]:
 # --- places of errors
 def _placed(path: Path, text: str, document: Mapping, error: Misplaced) -> ValueError:
     """An error with file, line and field."""
-    names, words = error.place, error.text
+    names, words = error.path, error.text
     if len(names) == 2:
         words = words.removeprefix(f"{names[0]} {names[1]}: ").removeprefix(f"{names[1]}: ")
     table = _part(document, names)

@@ -238,7 +238,7 @@ def crosses(s, joint, values):
 def meet(address, t, h):
     """Look for the first start or end of a contact inside the step just made: a status.
 
-    Where there is one, the step is made again: `made` is its size [s], `met` the spot whose first
+    Where there is one, the step is made again: `cut_h` is its size [s], `met` the spot whose first
     touch or last it ends on, or -1.
     """
     s = state_at(address)
@@ -249,10 +249,10 @@ def meet(address, t, h):
     touches = event >= 0 and s.contacts[event, KIND] == CONTACT
     if event < 0 or not touches and theta * h <= RESOLVED * max(abs(t), h):
         return status.NO_EVENT
-    outcome, s.made, reached = aligned(s, t, h, event, theta)
+    outcome, s.cut_h, reached = aligned(s, t, h, event, theta)
     s.met = event if reached and touches else -1
     if outcome == status.AT_START and not touches:  # a shorter step ends before it
-        s.made = theta * h
+        s.cut_h = theta * h
         return status.MISSED
     return outcome
 

@@ -379,7 +379,7 @@ def advance(s):
         if s.touchable > 0:
             met = s.meet(s.address, t, h)
     if met == status.MISSED:
-        shrink(s, s.made, 0.5, status.TOO_LONG)
+        shrink(s, s.cut_h, 0.5, status.TOO_LONG)
         return status.RUNNING
     if met == status.AT_START:
         s.events(t, s.y, s.par, s.work, s.after)
@@ -388,7 +388,7 @@ def advance(s):
         return status.STEP_TOO_SMALL if s.flips > FLIP_LIMIT else status.RUNNING
     cut = met == status.CUT
     if cut:
-        h = s.made
+        h = s.cut_h
     if not accept(s, t, h, cut):
         invalidate(s)
         return status.RUNNING

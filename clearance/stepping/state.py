@@ -77,7 +77,7 @@ FLOATS = (
     "convergence",  # of Newton's method: rate / (1 - rate) of its last step
     "newton_rate",  # of convergence
     "effort",  # safety factor of the next step, from the iterations of the last
-    "made",  # the step made again to end on a contact's start or end [s]
+    "cut_h",  # the step made again to end on a contact's start or end [s]
     "stiffness",  # step times the largest eigenvalue felt
     "gain",  # g of the factors of the last step [1/s]
 )

@@ -89,7 +89,7 @@ def _units(
     )
     keeper = Keeper(Stating(run, None, settle), definition, "", None, {})
     failure = record_run(run, keeper)
-    return {} if failure else {n: m.units for n, m in keeper.found.items()}
+    return {} if failure else {n: m.units for n, m in keeper.values.items()}
 
 
 def limits_of(limits: Mapping[str, float | str], metrics: Mapping[str, str]) -> dict[str, float]:

@@ -121,7 +121,7 @@ class Together:
             self.run.span.samples,
             self.summing.watch,
             self.summing.wanted.channels,
-            self.summing.given,
+            self.summing.ideal_rows,
             shared=sorted(set(range(count)) - set(varying)),
             starts=self._starts() if self.several else (),
             moving=self._moving() if self.summing.stated else (),
@@ -187,15 +187,15 @@ class Together:
             turn=turn if turns else until,
             ends=until[:, None].copy() if uneven else None,
             frequency=frequency,
-            own=self._faster(parameters)[None] ** 2,
+            numbers=self._faster(parameters)[None] ** 2,
             tables=self._tables(columns) if self.several and tables is None else tables,
-            given=self._given(columns, until),
+            ideal=self._motions(columns, until),
             rtol=rtol,
         )
         self._film_rates(points, pull)
         return points
 
-    def _given(self, columns: dict[str, np.ndarray], until: np.ndarray) -> np.ndarray | None:
+    def _motions(self, columns: dict[str, np.ndarray], until: np.ndarray) -> np.ndarray | None:
         """Ideal motions of points, where they differ: (points, numbers, samples)."""
         if self.ideal is None:
             return None
@@ -305,14 +305,14 @@ class Together:
                 if a.shape != b.shape or (np.abs(a - b) > SAME * sizes).any():
                     raise NotForLanes(f"the {text} of its points do not follow from its parameters")
         for index in range(0, len(tried), -(-len(tried) // COMPARED)) if self.ideal else ():
-            self.ideal.compare(tried[index][1], points.given[index])
+            self.ideal.compare(tried[index][1], points.ideal[index])
 
     # --- results
     @property
     def block(self) -> int:
         """Number of points that are run at a time."""
-        given = self.summing.given.size if self.ideal else 0
-        room = max(TRACKED // max(self.summing.kept + given, 1), 1)
+        ideal = self.summing.ideal_rows.size if self.ideal else 0
+        room = max(TRACKED // max(self.summing.kept + ideal, 1), 1)
         return min(room, max(STEPS // self.summing.steps, TOGETHER))
 
     def answers(self, points: Points) -> Answers:
@@ -423,11 +423,11 @@ class Lanes:
             parts = _blocks(indices, together.block, threads)
             try:
                 for part, block in at_once(partial(self._run, together), parts, threads):
-                    if left := len(part) - len(block.keys):
-                        self.ways.left(self._reason(together), left)
+                    if rest := len(part) - len(block.keys):
+                        self.ways.alone(self._reason(together), rest)
                     yield block
             except (NotForLanes, Mixed) as error:
-                self.ways.left(str(error), len(indices))
+                self.ways.alone(str(error), len(indices))
 
     @staticmethod
     def _reason(together: Together) -> str:
@@ -444,7 +444,7 @@ class Lanes:
     def _suited(self, pending: Sequence[int]) -> Iterator[tuple[Together, list[int]]]:
         """Points that differ in real numbers only, group by group."""
         if reason := self._unfit():
-            self.ways.left(reason, len(pending))
+            self.ways.alone(reason, len(pending))
             return
         members: dict[tuple, list[int]] = {}
         for index in pending:
@@ -453,11 +453,11 @@ class Lanes:
             if kind not in self.groups:
                 self.groups[kind] = self._together(kind)
             if isinstance(together := self.groups[kind], str):
-                self.ways.left(together, len(indices))
+                self.ways.alone(together, len(indices))
                 continue
             has = together.spread.has({n: self.numbers[n][indices] for n in together.columns})
             if not has.all():
-                self.ways.left("their values are impossible", int((~has).sum()))
+                self.ways.alone("their values are impossible", int((~has).sum()))
             yield together, np.array(indices)[has].tolist()
 
     def _unfit(self) -> str:
@@ -520,8 +520,8 @@ class Lanes:
         metrics = {n: _joined((part.values | part.stated)[n] for part in parts) for n in about}
         wall = np.full(places.size, (time.perf_counter() - began) / len(indices))
         numbers |= {"wall": wall, "loop": wall}
-        made = self.about | {"text": text, "lanes": together.group.width}
-        return Block([""] * places.size, numbers, metrics, about, made)
+        provenance = self.about | {"text": text, "lanes": together.group.width}
+        return Block([""] * places.size, numbers, metrics, about, provenance)
 
     def _parts(self, together: Together, columns: dict[str, np.ndarray]) -> Iterator[Reached]:
         """Points that are sound, as they end."""

@@ -185,7 +185,7 @@ class Sweep(Drawn):
 
         Raises ValueError where the values fit no or several points, or the point has no file.
         """
-        index = self._place(index, method, values)
+        index = self._index(index, method, values)
         if not self.definition.files:
             raise ValueError(f"{self.folder} keeps no run files: it was made with summaries only")
         path = self.path(index)
@@ -203,10 +203,10 @@ class Sweep(Drawn):
         """
         from clearance.wearing.life_record import Life
 
-        index = self._place(index, method, values)
+        index = self._index(index, method, values)
         return Life(self.folder / "lives" / self.definition.keys[index])
 
-    def _place(self, index: int | None, method: str | None, values: dict) -> int:
+    def _index(self, index: int | None, method: str | None, values: dict) -> int:
         """Place of the requested point. Raises ValueError for none or several."""
         if method not in (None, "nearest"):
             raise ValueError(f'method must be "nearest" or None, got {method!r}')

@@ -303,7 +303,7 @@ class Ways:
     lanes: int = 0
     reasons: dict[str, int] = field(default_factory=dict)
 
-    def left(self, reason: str, count: int) -> None:
+    def alone(self, reason: str, count: int) -> None:
         """So many points take the ordinary way."""
         self.reasons[reason] = self.reasons.get(reason, 0) + count
 

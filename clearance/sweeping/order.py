@@ -20,7 +20,7 @@ class Queue:
     """Points that wait to be run."""
 
     def __init__(self, points: Points, pending: list[int]):
-        self.place = _places(points)
+        self.positions = _places(points)
         self.waiting = deque(shuffled(pending))
         self.wall: dict[int, float] = {}
         self.next_guess = FIRST
@@ -51,7 +51,7 @@ class Queue:
         cost, guess = np.array([self.wall[i] for i in done]), np.empty(len(rest))
         pairs = len(rest) * len(done)
         for part in np.array_split(np.arange(len(rest)), max(pairs // PAIRS, 1)):
-            apart = self.place[rest[part], None] - self.place[done]
+            apart = self.positions[rest[part], None] - self.positions[done]
             guess[part] = cost[(apart**2).sum(axis=2).argmin(axis=1)]
         self.waiting = deque(rest[np.argsort(-guess, kind="stable")].tolist())
 

@@ -197,7 +197,7 @@ class Ladder:
 
 def points_at(points: Points, rows: np.ndarray) -> Points:
     """Numbers of some of the points."""
-    films, several = {n: v[:, rows] for n, v in points.films.items()}, ("tables", "given", "ends")
+    films, several = {n: v[:, rows] for n, v in points.films.items()}, ("tables", "ideal", "ends")
     vectors = {n: v for n, v in vars(points).items() if isinstance(v, np.ndarray)}
     rest = {n: v[..., rows] for n, v in vectors.items() if n not in several}
     first = {n: vectors[n] for n in several if n in vectors and vectors[n].ndim > 1}

@@ -28,7 +28,7 @@ from clearance.run.inputs import (
     common,
     common_differences,
     files_named,
-    made,
+    inputs_of,
     modules_of,
     point_differences,
 )
@@ -470,7 +470,7 @@ class _Driver:
             with open_result(path) as run:
                 scene = str(run.reader.attribute("", "scene"))
         return point_differences(
-            outcome.made, made(mechanism, {}, {}), scene, mechanism.scene.to_json()
+            outcome.made, inputs_of(mechanism, {}, {}), scene, mechanism.scene.to_json()
         )
 
     def _pending(self, retry_failed: bool) -> tuple[list[Outcome], list[int]]:

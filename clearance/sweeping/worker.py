@@ -12,14 +12,14 @@ from pathlib import Path
 
 from clearance.accuracy.by_differences import Impossible, Sensing, reason_without
 from clearance.accuracy.point_errors import Stating
-from clearance.metrics.metrics import Metric, described, own
+from clearance.metrics.metrics import Metric, described, of_user
 from clearance.metrics.of_points import of_point
 from clearance.results.record import Record
 from clearance.results.recorder import Memory, MemoryRecord
 from clearance.results.short_file import ShortFile
 from clearance.results.stream import FULL, Content
 from clearance.run.ideal_motion import ideal_motion
-from clearance.run.inputs import common, files_named, made, modules_of
+from clearance.run.inputs import common, files_named, inputs_of, modules_of
 from clearance.run.recording import attributes_of
 from clearance.run.run import Run
 from clearance.scene.catalogue import Case, find_case
@@ -89,7 +89,7 @@ class Keeper(ShortFile):
         sensing: Sensing | None = None,
     ):
         self.run, self.stating, self.definition = stating.run, stating, definition
-        self.key, self.made = key, inputs
+        self.key, self.inputs = key, inputs
         channels, samples = self.run.mechanism.layout.channels, self.run.span.samples
         about, keep = attributes_of(self.run), definition.keep
         content = Content(channels, about, keep, definition.compression, samples)
@@ -97,12 +97,12 @@ class Keeper(ShortFile):
         self.lasting = samples * len(channels) >= LARGE and path is not None
         self.logs &= path is not None  # the log of steps is for files
         self.sensing = sensing
-        self.found: dict[str, Metric] = {}
+        self.values: dict[str, Metric] = {}
         self.missing: list[str] = []  # metrics of the user's own that failed, and why
 
-    def _own(self, results: dict[str, Metric]) -> dict[str, Metric]:
+    def _admitted(self, results: dict[str, Metric]) -> dict[str, Metric]:
         taken = [
-            n for n in results if n in self.found or n in RESERVED or n in self.definition.units
+            n for n in results if n in self.values or n in RESERVED or n in self.definition.units
         ]
         if taken:
             raise ValueError(f"metric {taken[0]!r}: the name is taken; choose another")
@@ -121,29 +121,29 @@ class Keeper(ShortFile):
     def close(self, status, solver, warnings, facts, ranges) -> None:
         Memory.close(self, status, solver, warnings, facts, ranges)
         record = self.record
-        self.found = self.summed(record)
-        self.found |= self.stating.columns(record, self.found, self.summed)
+        self.values = self.summed(record)
+        self.values |= self.stating.columns(record, self.values, self.summed)
         if self.sensing is not None and record.complete:
             derived, reason = columns(self.sensing, self.run)
-            self.found |= derived
+            self.values |= derived
             self.missing += [f"no sensitivities: {reason}"] if reason else []
         for reference in self.definition.own:
             function = load_function(*reference)
             try:
-                self.found |= self._own(own(function, record))
+                self.values |= self._admitted(of_user(function, record))
             except BaseException as error:  # noqa: BLE001
                 # a metric does not cost the run, whatever it does
                 words = _explained(error)
                 self.missing.append(
                     words if words.startswith("metric ") else f"metric {function.__name__}: {words}"
                 )
-        if self.given is not None:
-            about_them = json.dumps(described(self.found))
-            about = {"metrics": {n: m.value for n, m in self.found.items()}}
+        if self.target is not None:
+            about_them = json.dumps(described(self.values))
+            about = {"metrics": {n: m.value for n, m in self.values.items()}}
             about["sweep"] = {
                 "key": self.key,
                 "known": about_them,
-                "made": json.dumps(self.made),
+                "made": json.dumps(self.inputs),
                 "missing": "; ".join(self.missing),
             }
             super().close(status, solver, warnings, facts | about, ranges)
@@ -284,7 +284,7 @@ def _lived(definition: Definition, folder: Path, index: int, key: str) -> Outcom
 
     scene, *inputs = _inputs(definition, index)
     mechanism = prepare(scene, **definition.run_options).mechanism
-    return point(definition.life, scene, folder, index, key, made(mechanism, *inputs))
+    return point(definition.life, scene, folder, index, key, inputs_of(mechanism, *inputs))
 
 
 def _inputs(definition: Definition, index: int) -> tuple[Scene, dict, dict]:
@@ -303,9 +303,9 @@ def _attempt(
     run: Run | None = prepared()
     while run is not None:
         stating = Stating(run, definition.options.get("error"), definition.settle)
-        about, sensing = made(run.mechanism, *inputs), sensing_of(definition, scene)
+        about, sensing = inputs_of(run.mechanism, *inputs), sensing_of(definition, scene)
         keeper = Keeper(stating, definition, key, path, about, sensing)
-        failure = stating.made(keeper, keeper.summed)
+        failure = stating.run_into(keeper, keeper.summed)
         run = None
         if failure is not None:
             run, failure = reopened(keeper.run, prepared, failure)
@@ -317,14 +317,14 @@ def _attempt(
         key,
         DONE if failure is None else FAILED,
         failure or "; ".join(words),
-        {n: float(m.value) for n, m in keeper.found.items()},
-        described(keeper.found),
+        {n: float(m.value) for n, m in keeper.values.items()},
+        described(keeper.values),
         len(keeper.record.warnings),
         time.perf_counter() - began,
         run.wall,
         int(keeper.record.solver["steps"]),
         *keeper.written,
-        keeper.made,
+        keeper.inputs,
     )
 
 

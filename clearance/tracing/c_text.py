@@ -133,7 +133,7 @@ def _read_by(steps: list, ends: Iterable, operands: Callable) -> list:
 
 def _leaving(steps: list, ends: Iterable, operands: Callable) -> list[Scalar]:
     """Values that are computed inside a branch and read outside of it, in order."""
-    place: dict[Scalar, tuple] = {}
+    path_of: dict[Scalar, tuple] = {}
     reads = [(n, ()) for n in ends]
 
     def placed(inner: list, path: tuple) -> None:
@@ -143,9 +143,9 @@ def _leaving(steps: list, ends: Iterable, operands: Callable) -> list[Scalar]:
                 placed(step.then, (*path, (k, True)))
                 placed(step.otherwise, (*path, (k, False)))
             else:
-                place[step] = path
+                path_of[step] = path
                 reads.extend((n, path) for n in operands(step))
 
     placed(steps, ())
-    leaving = {n for n, p in reads if n in place and p[: len(place[n])] != place[n]}
+    leaving = {n for n, p in reads if n in path_of and p[: len(path_of[n])] != path_of[n]}
     return sorted(leaving, key=lambda n: n.index)

@@ -60,17 +60,17 @@ class Branch:
 def scheduled(
     outputs: Iterable,
     cut: Callable[[Scalar], bool] = lambda node: False,
-    given: Collection[Scalar] = (),
+    ready: Collection[Scalar] = (),
 ) -> list:
     """Steps that compute the outputs: nodes and branches, in order.
 
-    Nodes where `cut` holds are inputs, read where they are needed; given: nodes that have been
+    Nodes where `cut` holds are inputs, read where they are needed; ready: nodes that have been
     computed.
     """
-    outputs = [o for o in outputs if o not in given]
-    nodes = [n for n in live(outputs, lambda node: cut(node) or node in given) if n not in given]
+    outputs = [o for o in outputs if o not in ready]
+    nodes = [n for n in live(outputs, lambda node: cut(node) or node in ready) if n not in ready]
     paths = _paths(nodes, outputs, cut)
-    steps, remaining = _Ordered(paths, cut, given).block((), nodes)
+    steps, remaining = _Ordered(paths, cut, ready).block((), nodes)
     assert not remaining
     return steps
 

@@ -77,7 +77,7 @@ class Lowering:
             self.fill_columns(program)
             return
         for index, value in sorted(program.outputs.items()):
-            self.builder.store(self.value(value), self.place(program.target, index), align=8)
+            self.builder.store(self.value(value), self.entry(program.target, index), align=8)
 
     def fill_columns(self, program: Program) -> None:
         """A matrix, column by column: each is the derivative along a unit vector."""
@@ -85,15 +85,15 @@ class Lowering:
         with build.goto_entry_block():
             self.arrays["dy"] = build.alloca(DOUBLE, INT64(count * self.width))
         for i in range(count):
-            build.store(self.constant(0.0), self.place("dy", i), align=8)
+            build.store(self.constant(0.0), self.entry("dy", i), align=8)
         with for_range(build, INT64(count)) as loop:
             column = loop.index
-            build.store(self.constant(1.0), self.place("dy", column), align=8)
+            build.store(self.constant(1.0), self.entry("dy", column), align=8)
             self.run(program.column)
             for row, value in sorted(program.outputs.items()):
                 index = build.add(column, INT64(row * count))
-                build.store(self.value(value), self.place(program.target, index), align=8)
-            build.store(self.constant(0.0), self.place("dy", column), align=8)
+                build.store(self.value(value), self.entry(program.target, index), align=8)
+            build.store(self.constant(0.0), self.entry("dy", column), align=8)
 
     def define_all(self, functions: list) -> None:
         """The functions that are called, those first that others call."""
@@ -119,7 +119,7 @@ class Lowering:
     def value(self, value) -> ir.Value:
         return self.values[value] if isinstance(value, Scalar) else self.constant(value)
 
-    def place(self, array: str, index) -> ir.Value:
+    def entry(self, array: str, index) -> ir.Value:
         """Pointer to the numbers at a place, a number or a value."""
         if isinstance(index, int):
             index = INT64(index * self.width)
@@ -129,7 +129,7 @@ class Lowering:
         return pointer if self.width == 1 else self.builder.bitcast(pointer, self.kind.as_pointer())
 
     def load(self, array: str, index: int) -> ir.Value:
-        number = self.builder.load(self.place(array, index), align=8)
+        number = self.builder.load(self.entry(array, index), align=8)
         if array in self.unchanging:
             number.set_metadata("invariant.load", self.module.add_metadata([]))
         return number
@@ -317,7 +317,7 @@ class Lowering:
     def inside(self, function, args: list) -> list[ir.Value]:
         """Outputs of a function whose statements are written here."""
         self.values |= dict(zip(function.arguments, args, strict=True))
-        self.run(scheduled(function.outputs, given=set(self.values)))
+        self.run(scheduled(function.outputs, ready=set(self.values)))
         return [self.value(o) for o in function.outputs]
 
     def returned(self, values: list[ir.Value]) -> None:

@@ -578,13 +578,13 @@ class DerivedParameters:
 
     def __init__(self, offset: int):
         self.offset = offset
-        self.place: dict[Scalar, int] = {}
+        self.index: dict[Scalar, int] = {}
 
     def claim(self, outputs: Iterable) -> None:
         """Give a place to every fixed value that the outputs read."""
         for node in live(outputs, derived):
             if derived(node):
-                self.place.setdefault(node, self.offset + len(self.place))
+                self.index.setdefault(node, self.offset + len(self.index))
 
 
 def derived(node: Scalar) -> bool:

@@ -184,7 +184,7 @@ def direction(field: str, value: object) -> tuple[float, float]:
     return x / length, y / length
 
 
-def place(field: str, value: object) -> tuple[float, ...]:
+def point(field: str, value: object) -> tuple[float, ...]:
     """Two finite numbers (x, y), or three (x, y, z) where z, out of the plane, is not zero; a tuple
     of floats.
     """

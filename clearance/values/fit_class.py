@@ -164,10 +164,10 @@ def fit_class(name: str, diameter: float | str | None = None) -> FitClass:
     for g in (hole, grade):
         if int(g) not in TOLERANCES:
             raise ValueError(f"{name}: grade {g} is not one of 5 to 11")
-    given = inside if inside is not None else diameter
-    if given is None:
+    nominal = inside if inside is not None else diameter
+    if nominal is None:
         raise ValueError(f"{name} needs a diameter: {name}@20mm")
-    size = quantity(given, "m")
+    size = quantity(nominal, "m")
     size = checks.positive(f"{name}: diameter", size)
     if size > LARGEST * (1.0 + 1e-12):
         raise ValueError(f"{name}: diameters up to 500 mm have classes, got {1e3 * size:g} mm")

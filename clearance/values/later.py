@@ -11,22 +11,22 @@ class Postponed:
         self._make: Callable | None = make
 
     @cached_property
-    def _made(self):
-        made, self._make = self._make(), None
-        return made
+    def _content(self):
+        content, self._make = self._make(), None
+        return content
 
 
 class Later(Postponed, Mapping):
     """A mapping that is made where somebody looks into it."""
 
     def __getitem__(self, key):
-        return self._made[key]
+        return self._content[key]
 
     def __iter__(self):
-        return iter(self._made)
+        return iter(self._content)
 
     def __len__(self) -> int:
-        return len(self._made)
+        return len(self._content)
 
     def __or__(self, other: Mapping) -> dict:
         return {**self, **other}

@@ -249,7 +249,7 @@ class Driver:
         path = self.folder / "life.json"
         self.journal = life_record.stages(self.folder, list(self.joints)) if path.exists() else []
         mechanism = build(self._scene(self._unworn()))  # the structure that all stages have
-        self.made = of_case(mechanism, case, self.scene.parameters.values())
+        self.inputs = of_case(mechanism, case, self.scene.parameters.values())
         if path.exists():
             before = {"method": "auto"} | life_record.asked(self.folder)
             fixed = {*asked} - {"turns", "scene"}
@@ -267,7 +267,7 @@ class Driver:
         """Stages of the journal and those to come must be of one physics; see `Driver`."""
         texts = json.dumps(before), json.dumps(scene)
         inputs = (entry.get("made", {}) for entry in self.journal)
-        changed = dict.fromkeys(c for old in inputs for c in differences(old, self.made, *texts))
+        changed = dict.fromkeys(c for old in inputs for c in differences(old, self.inputs, *texts))
         if changed and accept_changes is None:
             LOG.info("%s begins anew: %s", self.folder, "; ".join(changed))
             self.journal = []
@@ -574,7 +574,7 @@ class Driver:
             "scatter": {n: m.scatter for n, m in measured.items()},
             "spread": {n: m.spread for n, m in measured.items()},
             "metrics": {n: m.value for n, m in values.items()},
-            "made": self.made,
+            "made": self.inputs,
         }
         if stage == 0:
             entry["known"] = described(values)

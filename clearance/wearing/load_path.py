@@ -40,10 +40,10 @@ def moved(
     force_x, force_y, load, *_ = forces((x, y, angle), joint, old, solids, 0.0)
     if load <= (LIGHT * solids.strength if rough else 0.0):
         return x, y
-    path, place = np.array([[force_x, force_y, angle, 0.0, 0.0, clearance]]), np.array([[x, y]])
+    path, journal = np.array([[force_x, force_y, angle, 0.0, 0.0, clearance]]), np.array([[x, y]])
     surface, room = 1.0 / STEP if rough else 1.0, np.zeros(2 * NODES)
-    done = _replay()(path, 0.0, (new, place, np.zeros(2)), 1.0, solids, surface, room)
-    return (float(place[0, 0]), float(place[0, 1])) if done else (x, y)
+    done = _replay()(path, 0.0, (new, journal, np.zeros(2)), 1.0, solids, surface, room)
+    return (float(journal[0, 0]), float(journal[0, 1])) if done else (x, y)
 
 
 def surfaces(data: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -88,7 +88,7 @@ class Worn:
     """
 
     data: np.ndarray
-    place: np.ndarray
+    position: np.ndarray
     volumes: np.ndarray
 
     @classmethod
@@ -101,7 +101,7 @@ class Worn:
 
     def copy(self) -> "Worn":
         """Another of the same."""
-        return Worn(self.data.copy(), self.place.copy(), self.volumes.copy())
+        return Worn(self.data.copy(), self.position.copy(), self.volumes.copy())
 
     @property
     def bearing(self) -> np.ndarray:
@@ -144,7 +144,7 @@ class LoadPath:
         Raises RuntimeError where no place of rest exists.
         """
         new = worn.copy()
-        arrays = new.data, new.place, new.volumes
+        arrays = new.data, new.position, new.volumes
         solids = self.stiffness, self.solids, self.surface
         if not _replay()(self.path, float(turns), arrays, *solids, self.pressure):
             raise RuntimeError(f"no place of rest was found when {turns:g} turns were replayed")

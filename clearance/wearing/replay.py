@@ -141,8 +141,8 @@ def rest(force, start, joint, data, solids, yielding, scale):
         dx, dy = newton_step(rx, ry, f[3], f[4], f[5], longest(x, y, joint.clearance))
         slope, low, high, share = rx * dx + ry * dy, 0.0, 1.0, 1.0
         for _ in range(30):
-            place = x + share * dx, y + share * dy, angle
-            f = forces(place, joint, data, solids, yielding)
+            position = x + share * dx, y + share * dy, angle
+            f = forces(position, joint, data, solids, yielding)
             residual = (force_x / scale - f[0]) * dx + (force_y / scale - f[1]) * dy
             if f[2] <= 0.0 or residual > ENOUGH * slope:
                 high = share

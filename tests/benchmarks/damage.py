@@ -346,7 +346,7 @@ def of_branch(folder: Path) -> dict:
     """Points of a branch, and the request."""
     there = {"asked": branch_file.asked(folder)}
     for i, point in enumerate(branch_file.points(folder)):
-        there |= {f"{i} {n}": v for part in (point, point.place) for n, v in vars(part).items()}
+        there |= {f"{i} {n}": v for part in (point, point.passage) for n, v in vars(part).items()}
         del there[f"{i} place"]
     return there
 

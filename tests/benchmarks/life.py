@@ -55,7 +55,7 @@ def piece(scene: cl.Scene, before: dict, turns: int, options: dict) -> dict:
 
     run = prepare(scene.rebuilt(element=element), turns=turns, samples_per_turn=10, **options)
     if "y" in before:
-        run.place(Place(**{name: before[name] for name in PARTS}))
+        run.begin_at(Place(**{name: before[name] for name in PARTS}))
     wearing = Running(run, scene.turn)
     run.observers.append(wearing)
     if (code := run.go()) != status.DONE:

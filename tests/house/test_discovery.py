@@ -84,7 +84,7 @@ def test_users6_signatures_of_laws_are_what_they_take(name):
     """Keywords in the law's order; those without a default are the ones that it needs."""
     law = getattr(cl, name)
     signature = inspect.signature(law)
-    assert list(signature.parameters) == law.given
+    assert list(signature.parameters) == law.inputs
     needed = [n for n, p in signature.parameters.items() if p.default is p.empty]
     assert needed == law.needed
     if needed:

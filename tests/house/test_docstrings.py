@@ -48,7 +48,7 @@ def test_laws_state_equation_units_and_source(pattern):
 
 def test_users9_laws_name_each_of_their_parameters():
     """A parameter that a law takes stands in its docstring, and so does the force of a contact."""
-    assert lacking(LAWS, lambda law: {*law.given} <= {*re.findall(r"\w+", law.__doc__)}) == []
+    assert lacking(LAWS, lambda law: {*law.inputs} <= {*re.findall(r"\w+", law.__doc__)}) == []
     contacts = {n: law for n, law in LAWS.items() if law.family is cl.contact}
     assert lacking(contacts, lambda law: re.search(r"\bF = |\bf = |Force", law.__doc__)) == []
 

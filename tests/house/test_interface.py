@@ -108,7 +108,7 @@ def test_contacts_take_what_the_joint_determines(name):
     """
     law = getattr(laws, name)
     free = {"restitution": 0.9, "dissipation": 0.1, "damping": 5.0}
-    values = {n: free[n] for n in free if n in law.given}
+    values = {n: free[n] for n in free if n in law.inputs}
     if name == "kelvin_voigt":  # its stiffness [N/m] follows from no joint
         with pytest.raises(TypeError, match="missing stiffness"):
             law(**values)
@@ -123,7 +123,7 @@ def test_contacts_take_what_the_joint_determines(name):
         "radius": 0.01,
         "radius_difference": 1e-4,
     }
-    entire = law(**values, **{n: v for n, v in reference.items() if n in law.given})
+    entire = law(**values, **{n: v for n, v in reference.items() if n in law.inputs})
     assert actual == entire
     assert actual(1e-6, 0.01, 0.1) == entire(1e-6, 0.01, 0.1) > 0.0
 

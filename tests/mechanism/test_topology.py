@@ -74,7 +74,7 @@ def test_M2_as_all_subsets(seed):
         bodies = [b for b in bodies if b not in placed]
         equations = [tuple(e for e in ends if e not in placed) for ends in equations]
         equations = [ends for ends in equations if ends]
-        sharing.place(placed)
+        sharing.settle(placed)
         if sum(map(len, sharing.held.values())) < len(equations):
             return  # the body put in place freely had equations to meet
 

@@ -383,8 +383,8 @@ def test_a_wheel_that_turns_with_its_drive_is_followed(tmp_path):
     scene = cl.load_case(tmp_path / "wheel.py", speed=last.value)
     settled = cl.steady(scene, 1e-6, error=None)
     assert last.largest == pytest.approx(abs(settled.multipliers[0]), rel=1e-3)
-    turned = last.place.y[0] - next(iter(settled.states.values()))
-    turns = last.place.turns[0] - settled.orbit["crank"].theta[0] / (2.0 * np.pi)
+    turned = last.passage.y[0] - next(iter(settled.states.values()))
+    turns = last.passage.turns[0] - settled.orbit["crank"].theta[0] / (2.0 * np.pi)
     assert turned == pytest.approx(2.0 * np.pi * turns, abs=1e-5)
 
 

@@ -191,7 +191,7 @@ def test_a_call_from_python_has_the_result(tmp_path, monkeypatch):
 @pytest.mark.parametrize("rows", [7, 1024, 5000])
 def test_no_piece_takes_more_than_was_claimed(tmp_path, monkeypatch, compression, rows):
     """Nor opening, nor closing; many small pieces, and such that fill more than a chunk."""
-    flush, placing, grown = Stream.flush, Stream._place, []
+    flush, placing, grown = Stream.flush, Stream._rename, []
 
     def measured(sink):
         before, due = sink.flushed, sink.due
@@ -205,7 +205,7 @@ def test_no_piece_takes_more_than_was_claimed(tmp_path, monkeypatch, compression
 
     monkeypatch.setattr(simulation, "SHORT", 0)
     monkeypatch.setattr(Stream, "flush", measured)
-    monkeypatch.setattr(Stream, "_place", closed)
+    monkeypatch.setattr(Stream, "_rename", closed)
     monkeypatch.setattr(running, "ROWS", rows)
     monkeypatch.setattr(running, "BUDGET", 20 * rows)
     path, scene = tmp_path / "run.h5", cl.load_case("six_bar_feeder", model="dry")

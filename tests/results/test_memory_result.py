@@ -78,7 +78,7 @@ def test_no_file_is_made_unasked(monkeypatch):
     def refuse(*_):
         raise AssertionError("a file is made")
 
-    monkeypatch.setattr(ShortFile, "_made", refuse)
+    monkeypatch.setattr(ShortFile, "_file", refuse)
     monkeypatch.setattr(tables, "in_memory", refuse)
     result = cl.simulate(cl.load_case("slider_crank", model="lubricated"), turns=1)
     assert result.errors

@@ -65,7 +65,7 @@ def test_an_interrupt_in_a_callback_ends_the_run(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["run.h5"]
 
 
-@pytest.mark.parametrize(("sink", "writes"), [("Stream", "_place"), ("ShortFile", "_write")])
+@pytest.mark.parametrize(("sink", "writes"), [("Stream", "_rename"), ("ShortFile", "_write")])
 def test_an_interrupt_while_the_file_is_closed_keeps_it_whole(tmp_path, monkeypatch, sink, writes):
     """It comes too late to end the run, and is raised once the file has its name."""
     write = getattr(getattr(simulation, sink), writes)

@@ -323,7 +323,7 @@ def test_given_numbers_of_contacts_come_back(law):
     """At random; also a stiffness beside an exponent for which a joint determines none."""
     rng = np.random.default_rng(len(law.name))
     for _ in range(20):
-        values = {n: 10.0 ** rng.uniform(-3.0, 9.0) for n in law.given}
+        values = {n: 10.0 ** rng.uniform(-3.0, 9.0) for n in law.inputs}
         ranges = {"exponent": (1.0, 2.5), "restitution": (0.01, 1.0)}
         values |= {n: rng.uniform(*ends) for n, ends in ranges.items() if n in values}
         size = {"radius": 0.1, "clearance": 1e-3, "length": 0.1}

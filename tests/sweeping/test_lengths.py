@@ -132,7 +132,7 @@ def test_company():
     for order in (np.arange(POINTS)[::-1], np.array([5]), np.arange(3, 14)):
         mine = {n: column[order] for n, column in columns.items()}
         others = together.points(mine)
-        np.testing.assert_array_equal(others.given, points.given[order])
+        np.testing.assert_array_equal(others.ideal, points.ideal[order])
         again = together.summing.metrics(together.answers(others), others)
         for name, values in metrics.items():
             np.testing.assert_array_equal(again[name], values[order], err_msg=name)

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 import clearance as cl
 from clearance.metrics import metrics as defined
-from clearance.metrics.metrics import Window, integrating, metrics, own
+from clearance.metrics.metrics import Window, integrating, metrics, of_user
 from clearance.metrics.of_points import of_point
 from clearance.results.extremes import Extremes, guides
 from clearance.results.recorder import Memory
@@ -895,7 +895,7 @@ def test_ideal_motion_does_not_depend_on_which_run_came_first(monkeypatch):
     }
 
     def alone(speed):
-        monkeypatch.setattr(ideals, "_made", {})
+        monkeypatch.setattr(ideals, "_motions", {})
         return computed(speed)
 
     def computed(speed):
@@ -903,10 +903,10 @@ def test_ideal_motion_does_not_depend_on_which_run_came_first(monkeypatch):
 
     expected = {s: alone(s) for s in speeds}
     for order in (speeds, speeds[::-1], sorted(speeds)):
-        monkeypatch.setattr(ideals, "_made", {})
+        monkeypatch.setattr(ideals, "_motions", {})
         for s in (*order, *order):
             np.testing.assert_array_equal(computed(s), expected[s])
-        assert len(ideals._made) == 2  # one motion each way
+        assert len(ideals._motions) == 2  # one motion each way
 
 
 def test_ideal_motion_does_not_depend_on_masses_loads_and_clearances(monkeypatch):
@@ -915,27 +915,27 @@ def test_ideal_motion_does_not_depend_on_masses_loads_and_clearances(monkeypatch
     def position(scene, **more):
         return ideal_of(scene, **more)["slider"][0]
 
-    monkeypatch.setattr(ideals, "_made", {})
+    monkeypatch.setattr(ideals, "_motions", {})
     plain = turned(0.7)
     first = position(plain)
     spring = cl.SpringDamper(cl.ground.at(3.0, 9.0), plain.joints[2].b, stiffness=5.0)
     loaded = cl.Scene(*plain.joints, *plain.loads, spring, gravity=(1.0, 2.0))
     np.testing.assert_array_equal(position(loaded), first)
-    assert len(ideals._made) == 1
+    assert len(ideals._motions) == 1
     assert not np.array_equal(position(turned(0.8)), first)
     assert not np.array_equal(position(turned(0.7, axis=(-1.0, 0.0))), first)
     assert position(plain, samples=51).shape == (51,)
     assert not np.array_equal(position(plain, turns=2.0), first)
-    assert len(ideals._made) == 5
+    assert len(ideals._motions) == 5
 
 
 def test_no_more_ideal_motions_are_kept_than_allowed(monkeypatch):
     """Older ones are made again, bit for bit."""
-    monkeypatch.setattr(ideals, "_made", {})
+    monkeypatch.setattr(ideals, "_motions", {})
     monkeypatch.setattr(ideals, "MOST_KEPT", 3)
     scene, counts = turned(0.7), range(11, 19)
     firsts = [ideal_of(scene, 1.0, n)["slider"][0] for n in counts]
-    assert len(ideals._made) <= 3
+    assert len(ideals._motions) <= 3
     for n, first in zip(counts, firsts, strict=True):
         np.testing.assert_array_equal(ideal_of(scene, 1.0, n)["slider"][0], first)
 
@@ -969,12 +969,12 @@ def clock(run):
 def test_own_metrics_are_numbers_by_name():
     """A number, or value with units and text; infinite ones too."""
     numbers = {"mean": np.float32(2.0), "rate": (3, "1/s", "a rate"), "none": math.inf}
-    actual = own(lambda run: numbers, clocked(1.0))
+    actual = of_user(lambda run: numbers, clocked(1.0))
     shown = {n: (m.value, m.units, m.text) for n, m in actual.items()}
     assert shown["mean"] == (2.0, "?", "mean")
     assert shown["rate"] == (3.0, "1/s", "a rate")
     assert shown["none"][0] == math.inf
-    assert own(clock, clocked(1.0))["clock"].value == 3.0
+    assert of_user(clock, clocked(1.0))["clock"].value == 3.0
 
 
 @pytest.mark.parametrize(
@@ -996,7 +996,7 @@ def test_own_metrics_that_are_none(answer, reason):
         return answer
 
     with pytest.raises(ValueError, match=f"metric mine: {reason}"):
-        own(mine, clocked(1.0))
+        of_user(mine, clocked(1.0))
 
 
 @pytest.mark.parametrize(("count", "error"), [(3, 0.1), (20, 1e-3), (400, 2e-6)])

@@ -34,7 +34,7 @@ def functions(width):
         lowering = Lanes(builder, arrays, None, {}, width)
         arguments = [lowering.load("x", 0), lowering.load("y", 0)]
         value = lowering.function(name, arguments[: 2 if name in PAIRS else 1])
-        builder.store(value, lowering.place("out", 0), align=8)
+        builder.store(value, lowering.entry("out", 0), align=8)
         builder.ret_void()
     code = Code(module)
 

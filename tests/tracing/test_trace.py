@@ -73,10 +73,10 @@ def test_what_depends_on_parameters_only_is_computed_once():
     output = trace.sqrt(p * q + 1.0) * y + p * p
     slots = DerivedParameters(2)
     slots.claim([output])
-    program = Program("rhs", {0: output}, slots.place)
+    program = Program("rhs", {0: output}, slots.index)
     assert "sqrt" not in kernel_text(program, {})
     par, out = np.array([2.0, 4.0, 0.0, 0.0]), np.zeros(1)
-    plain(derive_text(slots.place))["derive"](par)
+    plain(derive_text(slots.index))["derive"](par)
     plain_kernel(program)(0.0, np.array([5.0]), par, out, out)
     assert out[0] == pytest.approx(3.0 * 5.0 + 4.0)
 

@@ -205,7 +205,7 @@ def test_jumps(validated):
         test_life.standing(60, test_life.COEFFICIENT, 0.1 * test_life.COEFFICIENT), 1000
     )
     joint, scale = FilmJoint(0.0, CLEARANCE, 0.0, 0.0, 0.0), MODULUS * RADIUS * LENGTH
-    e = rest((-FORCE, 0.0, 0.3), end.place[0], joint, end.data, None, 0.0, scale)[0]
+    e = rest((-FORCE, 0.0, 0.3), end.position[0], joint, end.data, None, 0.0, scale)[0]
     validated("eccentricity by jumps, both", e, rows["W31"], 1e-4, unit="m", **FORMS)
 
 

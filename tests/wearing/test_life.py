@@ -73,7 +73,7 @@ class TestReplay:
         path[:, 0], path[:, 1] = force * np.cos(angles), force * np.sin(angles)
         path[:, 3], path[:, 5] = 1e-26, CLEARANCE
         end = LoadPath(path, MODULUS, RADIUS * LENGTH).step(Worn.of(UNWORN, path, False), 1.0)
-        for (fx, fy), (x, y) in zip(path[:, :2], end.place, strict=True):
+        for (fx, fy), (x, y) in zip(path[:, :2], end.position, strict=True):
             carried = touching(x, y, 0.0, FilmJoint(0.0, CLEARANCE, 0.0, 0.0, 0.0), UNWORN, 0.0)
             off = MODULUS * RADIUS * LENGTH * np.array(carried[:2]) - (fx, fy)
             assert np.hypot(*off) < 1e-8 * np.hypot(fx, fy)
@@ -125,7 +125,7 @@ class TestReplay:
         turns = [begin]
         for _ in range(300):
             turns.append(replay.step(turns[-1], 1.0))
-        apart = [np.ptp(np.arctan2(*w.place.T[::-1])) for w in (turns[1], end)]
+        apart = [np.ptp(np.arctan2(*w.position.T[::-1])) for w in (turns[1], end)]
         assert apart[0] > 0.7 > 0.05 > apart[1]
         assert np.abs(smoothed(end.bearing - turns[-1].bearing)).max() < error
         assert error < 1e-2 * end.bearing.max()

@@ -72,8 +72,8 @@ def _steady(result, prefix: str) -> dict[str, float]:
 @problem("a short, a finite and an elastic bearing under a load that turns")
 def rotating_load(run: Work) -> dict[str, float]:
     path = _rotating(run, 200.0, 0.02, 3, 0.0125, cl.short_film())
-    place = path.joint("B")
-    values = sampled(path, "short_", x=place.eccentricity_x, y=place.eccentricity_y)
+    joint = path.joint("B")
+    values = sampled(path, "short_", x=joint.eccentricity_x, y=joint.eccentricity_y)
     values |= _steady(_rotating(run, 200.0, 0.5, 2, 0.0125, cl.short_film()), "short_")
     values |= _steady(_rotating(run, 1000.0, 0.5, 2, 0.025, cl.table_film()), "finite_")
     soft = cl.elastic_film(liner=1e-12, pressure_viscosity=0.0)
@@ -106,11 +106,11 @@ def engine_load(run: Work) -> dict[str, float]:
     values = {}
     for prefix, film in (("short_", cl.short_film()), ("finite_", cl.table_film())):
         result = _engine(run, film, 0.0, 2.0 * CYCLE, 17)
-        place = result.joint("B")
+        joint = result.joint("B")
         for i in range(9, 17):
             at = f"{90 * (i - 8)}deg"
-            values[f"{prefix}x_{at}"] = float(place.eccentricity_x[i])
-            values[f"{prefix}y_{at}"] = float(place.eccentricity_y[i])
+            values[f"{prefix}x_{at}"] = float(joint.eccentricity_x[i])
+            values[f"{prefix}y_{at}"] = float(joint.eccentricity_y[i])
         least = result.extreme("joints/B/gap_min", begin=math.radians(CYCLE) / CRANK)
         values[f"{prefix}film"] = float(least.value)
         values[f"{prefix}angle"] = math.degrees(CRANK * least.time) - CYCLE

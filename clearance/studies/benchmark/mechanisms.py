@@ -40,8 +40,8 @@ def bouncing_journal(run: Work) -> dict[str, float]:
     sizes = {"radius": 0.01, "clearance": 1e-4, "eccentricity": (3e-5, 0.0)}
     bearing = cl.ClearanceRevolute(cl.ground, journal, name="bearing", contact=contact, **sizes)
     result = run(cl.Scene(bearing, gravity=(0.0, -9.81)), until=0.04, samples=5)
-    place = result.joint("bearing")
-    path = sampled(result, x=place.eccentricity_x, y=place.eccentricity_y)
+    joint = result.joint("bearing")
+    path = sampled(result, x=joint.eccentricity_x, y=joint.eccentricity_y)
     return impacts(result, 5) | path
 
 

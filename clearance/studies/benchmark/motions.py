@@ -25,12 +25,12 @@ def periodic_orbit(run: Work) -> dict[str, float]:
     case = cl.load_case("slider_crank", speed=cl.rpm(3000), **DRY)
     tolerance = 1e3 * run.rtol
     solved = cl.steady(case, tolerance, error=None, samples_per_turn=360)
-    place = solved.orbit.joint("C")
+    joint = solved.orbit.joint("C")
     events = solved.orbit.events
     values = {}
     for angle in (0, 90, 180, 270):
-        values[f"x_{angle}deg"] = float(place.eccentricity_x[angle])
-        values[f"y_{angle}deg"] = float(place.eccentricity_y[angle])
+        values[f"x_{angle}deg"] = float(joint.eccentricity_x[angle])
+        values[f"y_{angle}deg"] = float(joint.eccentricity_y[angle])
     values["impact_time"] = float(events["time"][-1])
     # the contact that the turn begins in, a turn later
     end = float(events["time"][0] + events["duration"][0])
