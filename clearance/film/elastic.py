@@ -10,7 +10,7 @@ from clearance.values import checks
 
 FED = 100.0  # L/D from where a bearing is taken as long
 TRIED = 0.25, 4.0  # L/D of the bearings that it was compared with
-STIFFEST = 10.0  # summits over the layer, kappa K / s, that it was compared with
+STIFFEST = 3.0  # summits over the layer, kappa K / s, up to which all runs came to their ends
 HARD = 50.0  # beta above which steel touches steel, not a layer
 
 
@@ -100,8 +100,8 @@ def _untried(joint, parameters):
         factor = summits.law.pressure[1](**summits.values)
         if (stiff := parameters["liner"] * factor / joint.roughness) > STIFFEST:
             return (
-                f"has summits {stiff:.2g} times as stiff as its layer, compared up to "
-                f"{STIFFEST:g}: a run may end; give asperity the modulus of the layer"
+                f"has summits {stiff:.2g} times as stiff as its layer; beyond {STIFFEST:g} a run "
+                "may end: give asperity the modulus of the layer"
             )
     slenderness = joint.length / (2.0 * joint.radius)
     if 0.99 * TRIED[0] <= slenderness <= 1.01 * TRIED[1] or slenderness >= FED:

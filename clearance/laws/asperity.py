@@ -13,7 +13,7 @@ Valid for roughness much smaller than the clearance.
 import math
 
 from clearance.laws.contact import MODULUS
-from clearance.laws.law import asperity
+from clearance.laws.law import OfJoint, asperity
 from clearance.values.checks import finite, positive
 from clearance.values.units import amount
 
@@ -67,6 +67,23 @@ def rough_on_smooth(modulus, roughness_group, slope_ratio, summit_height=0.0):
     return 4.0 / 3.0 * roughness_group * math.sqrt(slope_ratio) * modulus
 
 
+def of_summits(factor):
+    """The modulus of summits: `contact_modulus` of the joint's material. On a film's liner, a bare
+    compliance kappa [m/Pa], summits are at most as stiff as what they press, kappa K <= sigma.
+
+    factor: K of a law [Pa], from its parameters.
+    """
+
+    def modulus(joint, parameters):
+        solid = MODULUS.function(joint, parameters)
+        film = getattr(joint, "film", None)
+        if film is None or not (liner := film.values.get("liner")) or not joint.roughness:
+            return solid
+        return min(solid, joint.roughness / (liner * factor(**parameters | {"modulus": 1.0})))
+
+    return OfJoint(positive, modulus)
+
+
 def touching_arc(film_thickness_ratio, joint):
     """Length scale of the arc on which summits touch [m]: R sqrt(2 sigma / e)."""
     eccentricity = max(
@@ -76,7 +93,7 @@ def touching_arc(film_thickness_ratio, joint):
 
 
 @asperity(
-    modulus=MODULUS,
+    modulus=of_summits(rough_on_rough),
     roughness_group=positive,
     slope_ratio=positive,
     summit_height=finite,
@@ -95,7 +112,7 @@ def greenwood_tripp(
     F = 5 pi / 16 K' E* R L sqrt(2 sigma / e) F_3(lambda)
     K' = 16 sqrt(2) pi / 15 (eta beta sigma)^2 sqrt(sigma / beta)
 
-    modulus E* [Pa] (`contact_modulus`, not 2 E*), roughness_group eta beta sigma (0.03 to 0.05),
+    modulus E* [Pa] (`of_summits`, not 2 E*), roughness_group eta beta sigma (0.03 to 0.05),
     slope_ratio sigma / beta (1e-4 to 1e-2). e = c - lambda sigma is the eccentricity.
     summit_height: sum of both heights of the mean summit above the mean surface [m], taken off the
     film. From the pressure K' E* F_5/2. Valid for elastic summits. Source: Greenwood and Tripp,
@@ -108,7 +125,7 @@ def greenwood_tripp(
 
 
 @asperity(
-    modulus=MODULUS,
+    modulus=of_summits(rough_on_smooth),
     roughness_group=positive,
     slope_ratio=positive,
     summit_height=finite,

@@ -1,6 +1,7 @@
 """Summits that press a layer back, beside the film `elastic`: against the film with memory."""
 
 import math
+import random
 from dataclasses import replace
 
 import numpy as np
@@ -194,8 +195,43 @@ class TestJoint:
 
 
 def test_stiff_summits_warn():
-    """Summits of steel on a soft layer are beyond what was compared; on a hard one not."""
-    for liner, warned in ((1e-12, 1), (1e-13, 0)):
+    """Summits of steel on a soft layer, where requested; by default they are as stiff as it."""
+    for liner, modulus, warned in (
+        (1e-12, "()", 0),
+        (1e-12, "(modulus=1e11)", 1),
+        (1e-14, "()", 0),
+    ):
         film = f"elastic(liner={liner},pressure_viscosity=0)"
-        scene = cl.load_case("six_bar_feeder", model="mixed", film=film)
+        asperity = f"greenwood_tripp{modulus}"
+        scene = cl.load_case("six_bar_feeder", model="mixed", film=film, asperity=asperity)
         assert sum("as stiff as its layer" in text for text in scene.doubts) == warned
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_summits_are_at_most_as_stiff_as_a_bare_liner(law):
+    """kappa K = sigma on soft liners, the material's modulus on hard ones; 50 random joints."""
+    draw = random.Random(5)
+    capped = 0
+    for _ in range(50):
+        liner, rough = 10 ** draw.uniform(-14, -10), 10 ** draw.uniform(-7, -5.5)
+        bound = law(slope_ratio=10 ** draw.uniform(-4, -2))
+        film = cl.elastic_film(liner=liner, pressure_viscosity=0.0)
+        joint = cl.ClearanceRevolute(
+            cl.ground,
+            cl.Body("pin", 1.0, 1e-3, points={"a": (0, 0)})["a"],
+            name="A",
+            clearance=1e-4,
+            radius=0.01,
+            length=0.02,
+            roughness=rough,
+            film=film,
+            asperity=bound,
+            lubricant=cl.Lubricant(viscosity=0.05),
+        )
+        values = joint.asperity.values
+        stiff = liner * joint.asperity.law.pressure[1](**values) / rough
+        steel = cl.contact_modulus(cl.steel, cl.steel)
+        assert stiff <= 1.0 + 1e-12
+        assert values["modulus"] == pytest.approx(steel, rel=1e-12) or abs(stiff - 1.0) < 1e-12
+        capped += values["modulus"] < steel
+    assert 0 < capped < 50
