@@ -389,6 +389,6 @@ def test_what_a_run_has_not_got_is_said(tmp_path):
 def test_other_joints_are_refused(run, tmp_path):
     """The message names the joints that rub."""
     with pytest.raises(
-        ValueError, match=re.escape("no friction of joint 'door' in cart; of rail, hinge")
+        ValueError, match=re.escape("no friction of joint 'door' in run.h5; of rail, hinge")
     ):
         friction(run, tmp_path / "f.png", joints=["hinge", "door"])
