@@ -347,7 +347,7 @@ def of_branch(folder: Path) -> dict:
     there = {"asked": branch_file.asked(folder)}
     for i, point in enumerate(branch_file.points(folder)):
         there |= {f"{i} {n}": v for part in (point, point.passage) for n, v in vars(part).items()}
-        del there[f"{i} place"]
+        del there[f"{i} passage"]
     return there
 
 

@@ -183,14 +183,16 @@ class TestJoint:
 
     @pytest.mark.slow
     def test_run(self):
-        """A feeder: energy 1e-6 of the turnover, summits keep the surfaces apart, and carry."""
+        """A feeder: energy 1e-6 of the turnover, summits as stiff as their layer keep its surfaces
+        apart by a quarter of the roughness, and carry.
+        """
         oil = {"model": "mixed", "viscosity": 1e-3, "clearance": 2e-4}
         rough = cl.load_case("six_bar_feeder", film="elastic(liner=1e-13)", roughness=1e-6, **oil)
         run = cl.simulate(rough, turns=2)
         joint = run.joint("B")
         assert run.solver["energy_residual_share"] < 1e-6
         assert joint.asperity_force.max() > 10.0
-        assert joint.film_middle.min() > 5e-7
+        assert joint.film_middle.min() > 2.5e-7
         assert not any("asperities" in w for w in run.warnings)
 
 
