@@ -49,7 +49,7 @@ from clearance.results.errors import TRAJECTORY
 from clearance.results.extremes import BOTH, Extreme
 from clearance.results.record import Record, time_of
 from clearance.results.recorder import Memory, MemoryRecord
-from clearance.run.diagnosis import doubtful
+from clearance.run.diagnosis import doubtful, without_pace
 from clearance.run.force_hole import checkable
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.recording import attributes_of, record_run
@@ -587,6 +587,7 @@ class LaneMetrics:
         count += not implicit and any(j.film is not None for j in scene.clearance_joints)
         count += sum(map(partial(self._at_end, answers), scene.clearance_joints))
         for joint in scene.clearance_joints:
+            count += without_pace(self.mechanism, joint) is not None
             if joint.film is not None and joint.film_joint is not None:
                 count += self._film_warnings(joint, answers, points)
             if checkable(joint):

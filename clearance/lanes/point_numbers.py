@@ -139,7 +139,7 @@ class PointNumbers:
         return [{n: column[i].item() for n, column in self.columns.items()} for i in places]
 
     def _kind(self, run: Run) -> tuple:
-        """Parts that all runs must share: structure, tables, samples, texts of the scene."""
+        """Parts that all runs must share: structure, tables, samples, texts, a pace or none."""
         mechanism, layout = run.mechanism, run.mechanism.layout
         described = leaves_of(mechanism.scene.description())
         texts = [(path, type(v) if type(v) is float else v) for path, v in described]
@@ -152,6 +152,7 @@ class PointNumbers:
             run.span.samples,
             run.watched.sizes,
             run.method.text,
+            bool(mechanism.pace),
         )
 
     def _row(self, trial: dict) -> np.ndarray:

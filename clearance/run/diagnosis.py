@@ -353,10 +353,7 @@ class Diagnosis:
 
             force = self.run.extreme(f"{group}/force_max")
             warnings += filter(None, [hole_warning(joint, mechanism.frequency, force, gap / rough)])
-        blended = rough is not None and joint.contact is not None and not joint.impacts
-        if blended and not mechanism.pace and remembers(joint.contact):
-            warnings.append(_without_pace(joint))
-        return warnings
+        return [*warnings, *filter(None, [without_pace(mechanism, joint)])]
 
     def _depths(self) -> dict:
         """Largest penetration [m] of each clearance joint so far; negative: never touched."""
@@ -378,8 +375,11 @@ def remembers(law: BoundLaw) -> bool:
     return any(i.argval == "impact_speed" for i in loads)
 
 
-def _without_pace(joint: Joint) -> str:
+def without_pace(mechanism: "Mechanism", joint: Joint) -> str | None:
     """A contact law with an impact speed, without a first touch or anything that sets a speed."""
+    blended = joint.transition is not None and joint.contact is not None and not joint.impacts
+    if not blended or mechanism.pace or not remembers(joint.contact):
+        return None
     return (
         f"{joint.label()}: {joint.contact.law.name} damps impacts of {joint.clearance:.2g} m/s, "
         "the clearance times 1 rad/s: no drive, no gravity and no speed at the start sets another "

@@ -187,7 +187,7 @@ def _ranks(count: int, share: float) -> tuple[int, int]:
     """Places in the order of independent values between which a quantile lies."""
     k, tail = np.arange(count), 0.5 * (1.0 - CONFIDENCE)
     steps = np.log((count - k) / (k + 1.0) * (share / (1.0 - share)))
-    # probability of so many values below it, or fewer
+    # probability of so many values below it, or fewer: bdtr, without its import
     below = np.cumsum(np.exp(count * math.log1p(-share) + np.append(0.0, np.cumsum(steps))))
     lower, upper = np.searchsorted(below, (tail, 1.0 - tail)).tolist()
     return lower - 1, upper
