@@ -17,10 +17,9 @@ Not comparable: pressures and film extents; the source prints none.
 """
 
 from clearance.paper_figures import workshop
+from clearance.paper_figures.films import snapshots
 from clearance.paper_figures.six_bar_feeder import PARAMETERS, TURNS
 from clearance.postprocess import film_pictures
-
-from clearance.studies.films import snapshots
 
 JOINT = "B"
 

@@ -7,9 +7,11 @@ import io
 import json
 import time
 import traceback
+from collections import deque
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
+from multiprocessing import active_children, get_context
 from pathlib import Path
 
 from clearance.paper_figures import workshop
@@ -17,6 +19,7 @@ from clearance.postprocess.pages import Markup, Page, element, join, markup
 
 from clearance.files.locks import replacing
 from clearance.results.tables import provenance
+from clearance.run.interrupts import end_groups, lead_group
 
 FORMAT, FORMAT_VERSION = "clearance-figures", 1
 DONE = "done"
@@ -71,6 +74,56 @@ def drawn(
         log.write_text(traceback.format_exc())
     seconds = time.perf_counter() - began
     return Entry(name, title, about, status, seconds, quick, provenance(), work.files, work.results)
+
+
+def all_drawn(options, names: list[str], folder: Path, line: Callable) -> list[Entry]:
+    """Draw the figures, note each in the manifest when it is done; those that measure run times
+    alone, at the end.
+    """
+    entries: dict[str, Entry] = {}
+
+    def done(entry: Entry) -> None:
+        note(folder, entry)
+        entries[entry.name] = entry
+        if not options.json:
+            line.clear()
+            text = f"{entry.seconds:7.1f} s  {entry.name:<26} {entry.status}"
+            print(f"{len(entries):>3}/{len(names)} {text}", flush=True)
+
+    timed = [name for name in names if workshop.timed(name)]
+    others = [name for name in names if name not in timed]
+    if options.workers > 1 and len(others) > 1:
+        _side_by_side(options, others, folder, line, done)
+    else:
+        timed = names
+    for name in timed:
+        line(f"{name}, {len(entries) + 1} of {len(names)}", always=True)
+        say = lambda text, name=name: line(f"{name}: {text}")  # noqa: E731
+        done(drawn(folder, name, options.quick, options.fresh, say, options.results))
+    return [entries[name] for name in names]
+
+
+def _side_by_side(options, names: list[str], folder: Path, line: Callable, done: Callable) -> None:
+    """Draw figures in as many processes as there are workers, in their order; an interrupt ends all
+    at once.
+    """
+    from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+
+    waiting, drawing, more = deque(names), {}, (options.quick, options.fresh, None, options.results)
+    before = set(active_children())
+    with ProcessPoolExecutor(options.workers, get_context("spawn"), lead_group) as pool:
+        try:
+            while waiting or drawing:
+                while waiting and len(drawing) < options.workers:
+                    name = waiting.popleft()
+                    drawing[pool.submit(drawn, folder, name, *more)] = name
+                line(f"drawing {', '.join(drawing.values())}", always=True)
+                for future in wait(drawing, timeout=30.0, return_when=FIRST_COMPLETED).done:
+                    del drawing[future]
+                    done(future.result())
+        except BaseException:
+            end_groups(set(active_children()) - before)
+            raise
 
 
 def note(folder: Path, entry: Entry) -> Path:

@@ -18,6 +18,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from fnmatch import fnmatch
 from functools import cache
 from pathlib import Path
 
@@ -31,6 +32,7 @@ from clearance.results.result import Result
 from clearance.scene.catalogue import find_case
 from clearance.sweeping.index import Sweep
 from clearance.sweeping.points import Points
+from clearance.values.checks import known
 
 FOLDER = Path(__file__).parent
 #: folders that are installed into the package
@@ -48,6 +50,7 @@ SHARED = (
     "ball_joint_response",
     "ablation",
     "film_ladder",
+    "films",
     "peers",
     "physics",
     "stress",
@@ -101,6 +104,37 @@ def about(name: str) -> tuple[str, dict[str, str]]:
             f"paper_figures/{name}.py: no group {parts['Group']!r}; there are {groups}"
         )
     return title.rstrip("."), parts
+
+
+def timed(name: str) -> bool:
+    """True for a figure that measures the code, most of them run times."""
+    return about(name)[1]["Group"] == TIMED
+
+
+def listing(names: list[str]) -> list[str]:
+    """Names and titles in print, under the titles of their groups; names of a group that stand
+    apart repeat it.
+    """
+    lines, width, last = [], max(map(len, names)), None
+    for name in names:
+        title, parts = about(name)
+        if parts["Group"] != last:
+            last = parts["Group"]
+            lines += ["", GROUPS[last]]
+        lines.append(f"  {name:<{width}}  {title}")
+    return lines[1:]
+
+
+def chosen(patterns: list[str], names: list[str]) -> list[str]:
+    """Names that a pattern fits, in the order of the patterns and then of the groups; all where
+    none is given.
+
+    Raises ValueError for a pattern that fits none.
+    """
+    for pattern in patterns:
+        if not any(fnmatch(n, pattern) for n in names):
+            known("no figure", pattern, names)
+    return list(dict.fromkeys(n for p in patterns or ["*"] for n in names if fnmatch(n, p)))
 
 
 class Workshop:

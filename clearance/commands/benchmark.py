@@ -5,9 +5,9 @@ from pathlib import Path
 from clearance.commands.common import (
     DONE,
     FAILED,
-    Line,
     json_text,
     number,
+    progress_of,
 )
 
 EXAMPLES = "Their statements are in docs/benchmark."
@@ -30,11 +30,11 @@ def run(options) -> int:
         raise ValueError("--against and -o need one problem: clearance benchmark NAME")
     if options.rtol is None:
         options.rtol = RTOL
-    line, answers = Line(options), []
+    answers = []
     for name in [] if options.output and not options.against else names:
-        line(name)
-        answers.append(benchmark(name, options.against, rtol=options.rtol))
-        line.clear()
+        with progress_of(options) as shown:
+            shown(name)
+            answers.append(benchmark(name, options.against, rtol=options.rtol))
         if not options.json:
             print(answers[-1])
     if options.output:

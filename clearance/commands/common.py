@@ -7,18 +7,18 @@ import logging
 import math
 import sys
 import textwrap
-import time
 from collections.abc import Iterable, Iterator
+from functools import partial
 from pathlib import Path
 
 from clearance.commands import COMMANDS
 from clearance.files.texts import listed as listed
 from clearance.files.texts import shortened
+from clearance.run.progress_bar import ProgressBar
 from clearance.values import checks
 from clearance.values.spelling import taken as taken
 
 DONE, FAILED, WRONG = 0, 1, 2
-LOG_INTERVAL = 30.0  # seconds between the lines of a study whose stderr is no terminal
 GOES_ON = "the same command goes on where this stopped"
 #: names of options in the code, where they are others
 DESTINATIONS = {"-o": "output", "-p": "parameters", "--from": "start"}
@@ -314,30 +314,7 @@ def publish(options, lines: list[str], document: dict, save, draw, study, stem: 
     return show(options, document, lines)
 
 
-class Line:
-    """Progress of a long study: one line of a terminal, a line every half minute in a log."""
-
-    def __init__(self, options):
-        self.shown = sys.stderr.isatty() and not options.json
-        self.logged = not sys.stderr.isatty() and not options.json
-        self.began = self.last = time.perf_counter()
-
-    def __call__(self, text: str, always: bool = False) -> None:
-        """Show what is being done; always: in a log also before its next line is due."""
-        now = time.perf_counter()
-        line = f"{now - self.began:6.0f} s  {text}"
-        if self.shown:
-            print(f"\r\x1b[K{line}", end="", file=sys.stderr, flush=True)
-        elif self.logged and (always or now - self.last >= LOG_INTERVAL):
-            self.last = now
-            print(line, file=sys.stderr, flush=True)
-
-    def __enter__(self) -> "Line":
-        return self
-
-    def __exit__(self, *_) -> None:
-        self.clear()
-
-    def clear(self) -> None:
-        if self.shown:
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+def progress_of(options) -> ProgressBar:
+    """Progress of a command on stderr; none under --json and --quiet."""
+    silent = options.json or getattr(options, "quiet", False)
+    return ProgressBar(options.command, partial(print, "clearance:", file=sys.stderr), silent)

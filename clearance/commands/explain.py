@@ -3,9 +3,9 @@
 import textwrap
 
 from clearance.commands.common import (
-    Line,
     case_options,
     log_to_terminal,
+    progress_of,
     scene_of,
     show,
 )
@@ -20,7 +20,8 @@ def run(options) -> int:
 
     log_to_terminal(options)
     case, values, scene = scene_of(options)
-    parts = ablation.ablation(scene, options.cost, Line(options))
+    with progress_of(options) as shown:
+        parts = ablation.ablation(scene, options.cost, shown)
     report = {"parameters_given": values, **explain(scene), "cost": ablation.plain(parts)}
     lines = [f"{case.name}: {len(report['bodies'])} bodies, {len(report['states'])} states"]
     lines += [f"  state      {name}" for name in report["states"]]

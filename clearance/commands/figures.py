@@ -3,21 +3,17 @@
 import dataclasses
 import os
 import time
-from collections import deque
-from collections.abc import Callable
-from fnmatch import fnmatch
-from multiprocessing import active_children, get_context
 from pathlib import Path
 
 from clearance.commands.common import (
     DONE,
     FAILED,
-    Line,
     make_folder,
+    progress_of,
     show,
 )
-from clearance.run.interrupts import end_groups, lead_group, terminable
-from clearance.values.checks import known, whole
+from clearance.run.interrupts import terminable
+from clearance.values.checks import whole
 
 EXAMPLES = """\
   clearance figures --list                       names and titles
@@ -57,19 +53,20 @@ def run(options) -> int:
     from clearance.files.locks import locked
     from clearance.paper_figures import gallery, workshop
 
-    names = _chosen(options.names, workshop.names())
+    names = workshop.chosen(options.names, workshop.names())
     if not (options.names or options.measure or options.list):
-        names = [name for name in names if not _timed(name)]
+        names = [name for name in names if not workshop.timed(name)]
     titles = {name: workshop.about(name)[0] for name in names}
     if options.list:
-        return show(options, titles, _listed(names))
+        return show(options, titles, workshop.listing(names))
     whole("--workers", options.workers, 1)
     make_folder(options)
     folder, began = Path(options.output), time.perf_counter()
     gallery.read(folder)  # another kind of folder is refused before anything runs
     with locked(folder, "drawing figures there"), terminable():
         try:
-            drawn = _draw(options, names, folder)
+            with progress_of(options) as shown:
+                drawn = gallery.all_drawn(options, names, folder, shown)
         finally:
             page = gallery.page(folder)
     seconds = time.perf_counter() - began
@@ -82,92 +79,3 @@ def run(options) -> int:
     }
     done = f"{len(drawn) - len(failed)} of {len(drawn)} figures in {seconds:.0f} s; see {page}"
     return show(options, document, [done], FAILED if failed else DONE)
-
-
-def _draw(options, names: list[str], folder: Path) -> list:
-    """Draw the figures, note each in the manifest when it is done; those that measure run times
-    alone, at the end.
-    """
-    from clearance.paper_figures import gallery
-
-    line, entries = Line(options), {}
-
-    def done(entry) -> None:
-        gallery.note(folder, entry)
-        entries[entry.name] = entry
-        if not options.json:
-            line.clear()
-            text = f"{entry.seconds:7.1f} s  {entry.name:<26} {entry.status}"
-            print(f"{len(entries):>3}/{len(names)} {text}", flush=True)
-
-    timed = [name for name in names if _timed(name)]
-    others = [name for name in names if name not in timed]
-    if options.workers > 1 and len(others) > 1:
-        _side_by_side(options, others, folder, line, done)
-    else:
-        timed = names
-    for name in timed:
-        line(f"{name}, {len(entries) + 1} of {len(names)}", always=True)
-        say = lambda text, name=name: line(f"{name}: {text}")  # noqa: E731
-        done(gallery.drawn(folder, name, options.quick, options.fresh, say, options.results))
-    return [entries[name] for name in names]
-
-
-def _side_by_side(options, names: list[str], folder: Path, line: Line, done: Callable) -> None:
-    """Draw figures in as many processes as there are workers, in their order; an interrupt ends all
-    at once.
-    """
-    from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
-
-    from clearance.paper_figures import gallery
-
-    waiting, drawing, more = deque(names), {}, (options.quick, options.fresh, None, options.results)
-    before = set(active_children())
-    with ProcessPoolExecutor(options.workers, get_context("spawn"), lead_group) as pool:
-        try:
-            while waiting or drawing:
-                while waiting and len(drawing) < options.workers:
-                    name = waiting.popleft()
-                    drawing[pool.submit(gallery.drawn, folder, name, *more)] = name
-                line(f"drawing {', '.join(drawing.values())}", always=True)
-                for future in wait(drawing, timeout=30.0, return_when=FIRST_COMPLETED).done:
-                    del drawing[future]
-                    done(future.result())
-        except BaseException:
-            end_groups(set(active_children()) - before)
-            raise
-
-
-def _timed(name: str) -> bool:
-    """True for a figure that measures the code, most of them run times."""
-    from clearance.paper_figures import workshop
-
-    return workshop.about(name)[1]["Group"] == workshop.TIMED
-
-
-def _listed(names: list[str]) -> list[str]:
-    """Names and titles in print, under the titles of their groups; names of a group that stand
-    apart repeat it.
-    """
-    from clearance.paper_figures import workshop
-
-    lines, width, last = [], max(map(len, names)), None
-    for name in names:
-        title, about = workshop.about(name)
-        if about["Group"] != last:
-            last = about["Group"]
-            lines += ["", workshop.GROUPS[last]]
-        lines.append(f"  {name:<{width}}  {title}")
-    return lines[1:]
-
-
-def _chosen(patterns: list[str], names: list[str]) -> list[str]:
-    """Names that a pattern fits, in the order of the patterns and then of the groups; all where
-    none is given.
-
-    Raises ValueError for a pattern that fits none.
-    """
-    for pattern in patterns:
-        if not any(fnmatch(n, pattern) for n in names):
-            known("no figure", pattern, names)
-    return list(dict.fromkeys(n for p in patterns or ["*"] for n in names if fnmatch(n, p)))

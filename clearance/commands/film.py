@@ -6,10 +6,10 @@ import re
 from pathlib import Path
 
 from clearance.commands.common import (
-    Line,
     add_command,
     add_options,
     make_folder,
+    progress_of,
     publish,
     show,
 )
@@ -67,8 +67,8 @@ def _groove(text: str):
 
 def _pressure(options) -> int:
     from clearance.film.solvers import solve_film
+    from clearance.paper_figures import films
     from clearance.postprocess import film_pictures
-    from clearance.studies import films
 
     bearing = _bearing(
         options,
@@ -120,8 +120,8 @@ def _coefficients(options) -> int:
 
 
 def _map(options) -> int:
+    from clearance.paper_figures import films
     from clearance.postprocess import film_pictures
-    from clearance.studies import films
 
     bearing = _bearing(options, roughness=options.roughness)
     result, table = films.force_map(bearing, options.nodes)
@@ -141,9 +141,9 @@ def _map(options) -> int:
 
 
 def _snapshots(options) -> int:
+    from clearance.paper_figures import films
     from clearance.postprocess import film_pictures
     from clearance.results.result import open_result
-    from clearance.studies import films
 
     result = open_result(options.file)
     shots = films.snapshots(result, options.joint, options.count, options.mesh)
@@ -165,7 +165,8 @@ def _convergence(options) -> int:
     from clearance.paper_figures import film_ladder
     from clearance.postprocess import film_pictures
 
-    meshes = film_ladder.convergence(_bearing(options), progress=Line(options))
+    with progress_of(options) as shown:
+        meshes = film_ladder.convergence(_bearing(options), progress=shown)
     return publish(
         options,
         film_ladder.convergence_table(meshes),
@@ -181,7 +182,8 @@ def _ladder(options) -> int:
     from clearance.paper_figures import film_ladder
     from clearance.postprocess import film_pictures
 
-    study = film_ladder.ladder(options.turns, options.quick, Line(options))
+    with progress_of(options) as shown:
+        study = film_ladder.ladder(options.turns, options.quick, shown)
     return publish(
         options,
         [*film_ladder.table(study), "", *film_ladder.describe(study)],

@@ -4,12 +4,12 @@ from pathlib import Path
 
 from clearance.commands.common import (
     ACCEPT,
-    Line,
     case_of,
     case_options,
     listed,
     make_folder,
     number,
+    progress_of,
     quiet,
     share,
     show,
@@ -65,7 +65,7 @@ def run(options) -> int:
     name, ends, fixed = _range(case, texts)
     unit = unit_in(texts[name])
     _check(options)
-    with Line(options) as line, terminable(), quiet(options):
+    with progress_of(options) as shown, terminable(), quiet(options):
         branch = follow(
             options.case,
             name,
@@ -74,7 +74,7 @@ def run(options) -> int:
             channels=listed(options.channels),
             path=options.output,
             unit=unit,
-            progress=line,
+            progress=shown,
             **taken(options, "tolerance points step doublings most_turns accept_changes"),
         )
     document = _document(branch)

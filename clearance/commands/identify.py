@@ -5,10 +5,10 @@ one's own.
 from pathlib import Path
 
 from clearance.commands.common import (
-    Line,
     listed,
     make_folder,
     pair,
+    progress_of,
     seed_of,
     show,
 )
@@ -66,15 +66,15 @@ def run(options) -> int:
     for path in options.predict:
         measurement = measurement.with_predicted(read(path, **about))
     make_folder(options)
-    line = Line(options)
-    fitted = fit(
-        measurement,
-        model,
-        starts=options.starts,
-        seed=seed_of(options),
-        roles=listed(options.roles),
-        progress=lambda done: line(done if isinstance(done, str) else f"{done:.0%}"),
-    )
+    with progress_of(options) as shown:
+        fitted = fit(
+            measurement,
+            model,
+            starts=options.starts,
+            seed=seed_of(options),
+            roles=listed(options.roles),
+            progress=shown,
+        )
     fitted.facts["data"] = str(options.data)
     document = _document(fitted, measurement)
     lines = _readable(document)

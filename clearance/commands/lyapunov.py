@@ -3,9 +3,9 @@
 import textwrap
 
 from clearance.commands.common import (
-    Line,
     case_options,
     make_folder,
+    progress_of,
     publish,
     scene_of,
 )
@@ -25,14 +25,10 @@ def run(options) -> int:
 
     case, _, scene = scene_of(options)
     make_folder(options)
-    line = Line(options)
-    exponent = lyapunov.lyapunov(
-        scene,
-        options.turns,
-        options.settle,
-        interval=options.interval,
-        progress=lambda share: line(f"{share:.0%} of the turns"),
-    )
+    with progress_of(options) as shown:
+        exponent = lyapunov.lyapunov(
+            scene, options.turns, options.settle, interval=options.interval, progress=shown
+        )
     name = " ".join([case.name, *options.parameters])
     exponents = {name: exponent}
     wrapped = {textwrap.fill(name, 80): exponent}  # the picture has no room for longer lines

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from clearance.commands.accuracy import rounded_up
 from clearance.commands.common import (
-    Line,
     channel_patterns,
     log_to_terminal,
+    progress_of,
     share,
     taken,
 )
@@ -55,7 +55,7 @@ def solved(options, case, scene, output: Path):
     from clearance.motions.steady import steady
 
     log_to_terminal(options)
-    with Line(options) as line:
+    with progress_of(options) as line:
         result = steady(
             scene,
             options.steady,

@@ -3,8 +3,8 @@
 from clearance.commands.common import (
     DONE,
     FAILED,
-    Line,
     make_folder,
+    progress_of,
     publish,
 )
 from clearance.values import checks
@@ -29,13 +29,13 @@ def run(options) -> int:
     if options.workers is not None:
         checks.whole("--workers", options.workers, 1)
     make_folder(options)
-    line = Line(options)
-    verdicts = stress.stress(
-        options.case,
-        quick=options.quick,
-        workers=options.workers,
-        progress=lambda done, total, name: line(f"{done}/{total} {name}"),
-    )
+    with progress_of(options) as shown:
+        verdicts = stress.stress(
+            options.case,
+            quick=options.quick,
+            workers=options.workers,
+            progress=lambda done, total, name: shown(done / total, name),
+        )
     document = {"cells": [dataclasses.asdict(v) for v in verdicts]}
     lines = stress.table(verdicts)
     publish(

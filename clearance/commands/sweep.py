@@ -1,10 +1,9 @@
 """`clearance sweep`: a case at many points."""
 
 import logging
-import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -22,12 +21,14 @@ from clearance.commands.common import (
     log_to_terminal,
     noted,
     number,
+    progress_of,
     quiet,
     show,
     taken,
     texts_of,
 )
 from clearance.run.interrupts import terminable
+from clearance.run.progress_bar import ProgressBar
 from clearance.values.units import behind, unit_in
 
 SHOWN = 12  # metrics in the summary
@@ -94,17 +95,17 @@ OPTIONS |= {
 
 
 @contextmanager
-def going_on(options) -> Iterator["Progress"]:
+def going_on(options) -> Iterator[ProgressBar]:
     """Progress of many runs, with lines of the log beside it; two turns where no length is
     requested. The same command goes on where an interrupt stops them.
     """
     if options.turns is None and options.until is None:
         options.turns = 2.0
-    shown = Progress(options)
-    if not shown.quiet:
+    shown = progress_of(options)
+    if not shown.silent:
         log_to_terminal(options)
         logging.getLogger("clearance.sweep").propagate = False  # `shown` prints its news
-    with closing(shown), quiet(options), terminable(), noted(GOES_ON):
+    with shown, quiet(options), terminable(), noted(GOES_ON):
         yield shown
 
 
@@ -227,58 +228,6 @@ def _listed(case, texts: dict[str, str], name: str) -> str:
         "comma list" in parameter.text or "," in str(parameter.default)
     )
     return f"{text};" if as_text and ";" not in text else text
-
-
-class Progress:
-    """Runs done, failed, running, rate and time left: a bar on a terminal, else a line every ten
-    seconds.
-    """
-
-    every = 10.0
-
-    def __init__(self, options):
-        self.quiet = options.quiet or options.json
-        self.terminal = sys.stderr.isatty()
-        self.bar = None
-        self.printed = time.perf_counter()
-        self.before = 0
-
-    def __call__(self, p) -> None:
-        self.before = p.before
-        if self.quiet:
-            return
-        for line in p.news:
-            self._say(line)
-        if self.terminal:
-            self._draw(p)
-        elif time.perf_counter() - self.printed > self.every:
-            self.printed = time.perf_counter()
-            remaining = "" if p.left is None else f", {p.left:.0f} s left"
-            self._say(
-                f"{p.done} of {p.total} done, {p.failed} failed, {p.running} running, "
-                f"{p.rate:.3g} runs/s{remaining}"
-            )
-
-    def _say(self, line: str) -> None:
-        if self.bar is not None:
-            self.bar.write(f"clearance: {line}", file=sys.stderr)
-        else:
-            print(f"clearance: {line}", file=sys.stderr)
-
-    def _draw(self, p) -> None:
-        from tqdm import tqdm
-
-        if self.bar is None:
-            form = (
-                "{n_fmt}/{total_fmt} {bar} {rate_fmt}, {elapsed} passed, {remaining} left{postfix}"
-            )
-            self.bar = tqdm(total=p.total, initial=p.done + p.failed, unit="run", bar_format=form)
-        self.bar.set_postfix_str(f"{p.failed} failed, {p.running} running", refresh=False)
-        self.bar.update(p.done + p.failed - self.bar.n)
-
-    def close(self) -> None:
-        if self.bar is not None:
-            self.bar.close()
 
 
 def summary(result) -> dict:

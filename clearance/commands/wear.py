@@ -4,11 +4,11 @@ from pathlib import Path
 
 from clearance.commands.common import (
     ACCEPT,
-    Line,
     case_of,
     case_options,
     noted,
     number,
+    progress_of,
     scene_of,
     show,
     taken,
@@ -79,13 +79,8 @@ def run(options) -> int:
     chosen = taken(options, f"{NAMES} accept_changes")
     note = "stages before it are stored; the same command goes on from the last one"
     try:
-        with Line(options) as line, terminable(), noted(note):
-            life = wear(
-                scene,
-                **chosen,
-                directory=options.output,
-                progress=lambda done, stage: line(f"{100.0 * done:.1f} % of the turns, {stage}"),
-            )
+        with progress_of(options) as shown, terminable(), noted(note):
+            life = wear(scene, **chosen, directory=options.output, progress=shown)
     except RuntimeError as error:
         raise RuntimeError(f"{error}; stages before it are stored in {options.output}") from error
     picture = None

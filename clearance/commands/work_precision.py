@@ -4,9 +4,9 @@ physics.
 
 from clearance.commands.common import (
     LENGTH,
-    Line,
     case_options,
     make_folder,
+    progress_of,
     publish,
     scene_of,
 )
@@ -39,17 +39,20 @@ def run(options) -> int:
     )
     module = physics if options.physics else work_precision
     if options.physics:
-        study = physics.compare(case, values, options.turns, options.until, progress=Line(options))
+        length = options.turns, options.until
+        with progress_of(options) as shown:
+            study = physics.compare(case, values, *length, progress=shown)
         draw, stem = study_pictures.physics, "physics"
     else:
-        study = work_precision.work_precision(
-            title,
-            scene,
-            turns=options.turns,
-            until=options.until,
-            peers=options.peers,
-            progress=Line(options),
-        )
+        with progress_of(options) as shown:
+            study = work_precision.work_precision(
+                title,
+                scene,
+                turns=options.turns,
+                until=options.until,
+                peers=options.peers,
+                progress=shown,
+            )
         draw, stem = study_pictures.work_precision, "work_precision"
     lines = [*module.table(study), "", *module.describe(study)]
     return publish(

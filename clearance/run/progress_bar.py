@@ -12,7 +12,8 @@ Study = TypeVar("Study", bound=Callable)
 LOG = logging.getLogger("clearance")
 DELAY = 1.0  # seconds before a bar is shown
 INTERVAL = 30.0  # seconds between lines of the logger
-FORM = "{l_bar}{bar}| {elapsed} passed, {remaining} left {postfix}"
+FORM = "{l_bar}{bar}| {elapsed} passed, {remaining} left{postfix}"
+WORDS = "{desc}: {elapsed} passed{postfix}"  # of a study that does not know its share
 
 #: what the process does: "command" shows no bar unless one is requested, "study" is inside another
 _state: dict[str, bool] = {"command": False, "study": False}
@@ -36,51 +37,77 @@ def seen() -> bool:
 class ProgressBar:
     """A bar of the share that is done, or of words, once a study takes longer than a second.
 
-    Where nobody sees it, a line of the logger each half minute.
+    Where nobody sees it, a line each half minute. say: what shows lines, default the logger; news
+    of sweeps too, which log their own. silent: nothing is shown. before: points of a sweep that
+    were done before.
     """
 
-    def __init__(self, name: str):
-        self.name = name
-        self.began = time.perf_counter()
+    before = 0
+
+    def __init__(self, name: str, say: Callable[[str], None] | None = None, silent: bool = False):
+        self.name, self.say, self.silent = name, say, silent
         self.bar = None
-        self.last = self.began
+        self.began = self.last = time.perf_counter()
 
     @cached_property
     def seen(self) -> bool:
         """True where a person may look."""
         return seen()
 
-    def __call__(self, state, words: str = "") -> None:
-        """state: done share, a sentence, or numbers of points as `sweep` reports them."""
+    def __call__(self, state, words: str = "", always: bool = False) -> None:
+        """state: done share, a sentence, or numbers of points as `sweep` reports them; always: show
+        it although no line is due.
+        """
+        self.before = getattr(state, "before", 0)
+        for line in getattr(state, "news", ()) if self.say and not self.silent else ():
+            self.clear()
+            self.say(line)
         now = time.perf_counter()
-        if now - self.last < DELAY or now - self.last < (DELAY if self.seen else INTERVAL):
+        due = always or now - self.last >= (DELAY if self.seen else INTERVAL)
+        if self.silent or not due:
             return
         if isinstance(state, str):
-            state, words = 0.0, state
+            state, words = None, state
         elif hasattr(state, "total"):
             words = f"{state.done} of {state.total} done, {state.failed} failed"
+            words += f", {state.running} running, {state.rate:.3g} runs/s"
             state = (state.done + state.failed) / state.total
         if not self.seen:
             self.last = now
-            LOG.info("%s: %.0f s, %.0f %% done %s", self.name, now - self.began, 100 * state, words)
+            share = "" if state is None else f"{state:.0%} done "
+            (self.say or LOG.info)(f"{self.name}: {now - self.began:.0f} s, {share}{words}")
             return
-        bar = self.bar = self.bar or self._new()
-        bar.set_postfix_str(words, refresh=False)
-        bar.update(100.0 * state - bar.n)
+        form = WORDS if state is None else FORM
+        bar = self.bar = self.bar or self._new(form)
+        bar.bar_format = form
+        bar.set_postfix_str(words, refresh=state is None)
+        if state is not None:
+            bar.update(100.0 * state - bar.n)
 
-    def _new(self):
+    def _new(self, form: str):
         if "ipykernel" in sys.modules and importlib.util.find_spec("ipywidgets"):
             from tqdm.auto import tqdm
         else:
             from tqdm import tqdm
-        bar = tqdm(total=100, unit="%", desc=self.name, bar_format=FORM, leave=False)
+        bar = tqdm(total=100, unit="%", desc=self.name, bar_format=form, leave=False)
         bar.start_t -= time.perf_counter() - self.began
         return bar
+
+    def clear(self) -> None:
+        """Make room for other lines; the next call draws the bar again."""
+        if self.bar is not None:
+            self.bar.clear()
 
     def close(self) -> None:
         """Take the bar away."""
         if self.bar is not None:
             self.bar.close()
+
+    def __enter__(self) -> "ProgressBar":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
 
 
 def watched(study: Study) -> Study:

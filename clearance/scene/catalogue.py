@@ -9,8 +9,10 @@ import typing
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import partial
+from importlib import import_module
 from os.path import isfile  # of a name that no file can have too
 from pathlib import Path
+from types import ModuleType
 
 from clearance.scene.case import Case, Parameter
 from clearance.scene.scene import Scene
@@ -20,6 +22,8 @@ from clearance.values.checks import meant
 #: whatever is a case
 AnyCase = str | Path | Case | Scene | Callable[..., Scene]
 _PARAMETER = re.compile(r"^\s*(\w+):\s*(.*?)\s*(?:\[([^\]]*)\])?\s*$")
+#: the package of the cases that come with this one
+LIBRARY = "clearance.cases"
 #: where a description goes on in a line that is indented further
 _CONTINUED = re.compile(r"\n +")
 #: kinds of files that are cases
@@ -31,7 +35,12 @@ RESULTS = (".h5", ".hdf5")
 @functools.cache
 def library() -> Path:
     """Folder of the cases that come with the package."""
-    return Path(importlib.util.find_spec("clearance.cases").origin).parent
+    return Path(importlib.util.find_spec(LIBRARY).origin).parent
+
+
+def beside_cases(name: str) -> ModuleType:
+    """A module in a folder beside the cases that come with the package: none of them."""
+    return import_module(f"{LIBRARY}.{name}")
 
 
 def case_names() -> list[str]:

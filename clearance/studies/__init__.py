@@ -1,1 +1,1 @@
-"""Contents of compiled scenes, films along runs, and the set of benchmark problems."""
+"""Contents of compiled scenes, and the set of benchmark problems."""

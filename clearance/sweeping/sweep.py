@@ -417,8 +417,7 @@ class _Driver:
             len(pending),
         )
         for name, reason in self.definition.idle().items():
-            self.news.append(f"{name} has no effect ({reason})")
-            LOG.warning("%s", self.news[-1])
+            self._remark(f"{name} has no effect ({reason})")
         interrupted = True  # until the work has ended
         self.journal = Journal(self.folder)
         try:
@@ -612,14 +611,14 @@ class _Driver:
         self.ways.in_lanes += outcome.together
         self.ways.by_themselves += not outcome.together
         self.counts[outcome.status] += 1
-        if outcome.status != DONE:
-            words = f"{outcome.status} {self.definition.says(index)}: {outcome.reason}"
-            LOG.warning("%s", words)
-            self.news.append(words)
-        elif outcome.reason:  # a metric of the user's own
-            words = f"{self.definition.says(index)}: {outcome.reason}"
-            LOG.warning("%s", words)
-            self.news.append(words)
+        status = "" if outcome.status == DONE else f"{outcome.status} "
+        if status or outcome.reason:  # of a point that is done: a metric of the user's own
+            self._remark(f"{status}{self.definition.says(index)}: {outcome.reason}")
+
+    def _remark(self, words: str) -> None:
+        """Words in the log and in the next report."""
+        LOG.warning("%s", words)
+        self.news.append(words)
 
     def _report(self, running: int, last: bool = False) -> None:
         now = time.perf_counter()

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.commands import sweep as command
 from clearance.lanes.code import natural_width
+from clearance.run import progress_bar
 from clearance.sweeping.journal import Ways
 
 QUICK = "--turns 1 --samples-per-turn 40 --rtol 1e-5 --workers 2"
@@ -140,10 +140,14 @@ def test_progress_on_a_pipe_is_lines(every, shown, monkeypatch, swept):
     """Failures are reported at once; a line of what is done comes after some time, here never or
     with each run.
     """
-    monkeypatch.setattr(command.Progress, "every", every)
+    monkeypatch.setattr(progress_bar, "INTERVAL", every)
     lines = swept(FILM, "-p speed=20,30 --max-steps 3", status=1).err.splitlines()
     failures = [line for line in lines if line.startswith("clearance: failed speed=")]
-    progress = [line for line in lines if re.match(r"clearance: \d of 2 done, \d failed, ", line)]
+    progress = [
+        line
+        for line in lines
+        if re.match(r"clearance: sweep: \d+ s, \d+% done \d of 2 done, ", line)
+    ]
     assert len(failures) == 2
     assert bool(progress) is shown
     assert len(lines) == len(failures) + len(progress)

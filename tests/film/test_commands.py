@@ -5,10 +5,9 @@ import math
 import h5py
 import numpy as np
 import pytest
-from clearance.paper_figures import film_ladder
+from clearance.paper_figures import film_ladder, films
 
 import clearance as cl
-from clearance.studies import films
 from tests.film.states import bearing, moving
 
 

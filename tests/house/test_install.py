@@ -3,6 +3,7 @@
 import contextlib
 import importlib.metadata
 import importlib.util
+import json
 import os
 import re
 import shlex
@@ -168,11 +169,14 @@ def test_users1_python_has_the_whole_package_in_the_checkout(installed):
 
 @pytest.mark.slow
 def test_the_command_has_the_whole_package(installed, tmp_path):
-    """Cases and figures of the installed package, from any folder."""
+    """Cases, figures and benchmark problems of the installed package, from any folder."""
     command = installed.python.with_name("clearance")
     for folder in (installed.root, tmp_path):
         assert "six_bar_feeder" in installed.call(command, "cases", folder=folder)
         assert "feeder_slider" in installed.call(command, "figures", "--list", folder=folder)
+        answer = json.loads(installed.call(command, "benchmark", "1", "--json", folder=folder))
+        assert all(row["value"] is not None for row in answer["bouncing_journal"]["rows"])
+        assert len(json.loads(installed.call(command, "benchmark", "--json", folder=folder))) == 12
 
 
 @pytest.mark.slow

@@ -16,6 +16,7 @@ import clearance as cl
 from clearance import cli, laws
 from clearance.commands import common
 from clearance.laws.law import Family, FilmJoint, Law
+from clearance.run import progress_bar
 from clearance.run.options import span_of
 from clearance.scene.catalogue import find_case
 from clearance.scene.joint_options import CONTACTS
@@ -227,12 +228,12 @@ def test_cases_lists_those_that_are_named(tmp_path, typed):
 
 def test_figures_are_drawn_in_the_order_asked_for():
     """Patterns choose figures in their order, each once."""
-    from clearance.commands.figures import _chosen
+    from clearance.paper_figures.workshop import chosen
 
     reference = ["a_map", "a_run", "b"]
-    assert _chosen(["b", "a_*"], reference) == ["b", "a_map", "a_run"]
-    assert _chosen(["a_run", "a_*"], reference) == ["a_run", "a_map"]
-    assert _chosen([], reference) == reference
+    assert chosen(["b", "a_*"], reference) == ["b", "a_map", "a_run"]
+    assert chosen(["a_run", "a_*"], reference) == ["a_run", "a_map"]
+    assert chosen([], reference) == reference
 
 
 def test_S18_run_says_its_parameters_with_units(typed, tmp_path):
@@ -248,13 +249,16 @@ def test_S15_a_log_gets_a_line_now_and_then(capsys, monkeypatch):
     """stderr is no terminal here: nothing at once, a line when the interval has passed, nothing
     under --json.
     """
-    line = common.Line(SimpleNamespace(json=False))
+    line = common.progress_of(SimpleNamespace(command="wear", json=False))
     line("one")
     assert capsys.readouterr().err == ""
-    monkeypatch.setattr(common, "LOG_INTERVAL", 0.0)
-    line("two")
-    common.Line(SimpleNamespace(json=True))("three")
-    assert re.fullmatch(r" +\d+ s  two\n", capsys.readouterr().err)
+    line("two", always=True)
+    monkeypatch.setattr(progress_bar, "INTERVAL", 0.0)
+    line(0.25, "three")
+    for silent in ({"json": True}, {"json": False, "quiet": True}):
+        common.progress_of(SimpleNamespace(command="wear", **silent))("four")
+    lines = r"clearance: wear: \d+ s, two\nclearance: wear: \d+ s, 25% done three\n"
+    assert re.fullmatch(lines, capsys.readouterr().err)
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -16,7 +16,12 @@ import clearance as cl
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
-FOLDERS = {"clearance.postprocess": "postprocess", "clearance.film": "clearance/film"}
+FOLDERS = {
+    "clearance.postprocess": "postprocess",
+    "clearance.film": "clearance/film",
+    "clearance.cases.benchmark": "cases/benchmark",
+    "clearance.studies.benchmark": "clearance/studies/benchmark",
+}
 
 
 def test_the_citation_has_this_version():
@@ -28,13 +33,16 @@ def test_the_citation_has_this_version():
 
 
 def test_data_files_are_installed():
-    """Scripts of the page that moves, and shipped film tables."""
+    """Scripts of the page that moves, shipped film tables, numbers of the benchmark set."""
     patterns = PROJECT["tool"]["setuptools"]["package-data"]
     wanted = [("clearance.postprocess", p) for p in (ROOT / "postprocess" / "page").iterdir()]
     wanted += [
         ("clearance.film", p) for p in (ROOT / "clearance" / "film" / "tables").glob("*.npz")
     ]
-    assert len(wanted) > 10
+    for package in ("clearance.cases.benchmark", "clearance.studies.benchmark"):
+        files = (p for p in (ROOT / FOLDERS[package]).iterdir() if p.suffix in (".csv", ".txt"))
+        wanted += [(package, p) for p in files]
+    assert len(wanted) > 20
     for package, path in wanted:
         name = path.relative_to(ROOT / FOLDERS[package]).as_posix()
         assert any(fnmatch(name, pattern) for pattern in patterns[package]), name
@@ -52,6 +60,8 @@ def test_both_distributions_are_built(tmp_path):
     assert {
         "clearance/postprocess/page/main.js",
         "clearance/cases/slider_crank.py",
+        "clearance/cases/benchmark/engine_load.txt",
+        "clearance/cases/benchmark/motions.py",
         "clearance/cli.py",
     } <= names
     assert any(n.startswith("clearance/film/tables/") for n in names)
@@ -62,5 +72,7 @@ def test_both_distributions_are_built(tmp_path):
         "README.md",
         "LICENSE",
         "cases/slider_crank.py",
+        "cases/benchmark/engine_load.txt",
+        "cases/benchmark/motions.py",
         "postprocess/page/main.js",
     } <= files

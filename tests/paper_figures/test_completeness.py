@@ -7,7 +7,6 @@ import pytest
 from clearance.paper_figures import completeness, workshop
 
 from clearance import cli
-from clearance.commands import figures
 from clearance.commands.common import scene_of
 from clearance.identify import models
 
@@ -28,7 +27,7 @@ def test_each_command_can_be_given(command):
     assert program == "clearance"
     options = cli.parser().parse_args(words)
     if options.command == "figures":
-        assert figures._chosen(options.names, workshop.names())
+        assert workshop.chosen(options.names, workshop.names())
     elif options.command in SCENES:
         scene_of(options)
     elif options.command == "identify":

@@ -17,7 +17,6 @@ from clearance.paper_figures import gallery, structure, workshop
 
 import clearance as cl
 from clearance import cli
-from clearance.commands import figures as figures_command
 from clearance.files.locks import locked
 
 NAMES = workshop.names()
@@ -206,13 +205,13 @@ def test_names_stand_by_groups_and_in_the_order_asked_for():
     assert groups == sorted(groups, key=list(workshop.GROUPS).index)
     asked = ["sweep_map", "evidence_*", "feeder_sketch", "sweep_map"]
     evidence = [n for n in NAMES if n.startswith("evidence_")]
-    assert figures_command._chosen(asked, NAMES) == ["sweep_map", *evidence, "feeder_sketch"]
+    assert workshop.chosen(asked, NAMES) == ["sweep_map", *evidence, "feeder_sketch"]
 
 
 def test_figures_that_measure_are_drawn_where_they_are_asked_for(tmp_path, monkeypatch, typed):
     """By name or with --measure, not among all."""
     monkeypatch.setattr(
-        figures_command, "_draw", lambda options, names, folder: print(*names, sep="\n") or []
+        gallery, "all_drawn", lambda options, names, *_: print(*names, sep="\n") or []
     )
     measured = [n for n in NAMES if workshop.about(n)[1]["Group"] == workshop.TIMED]
     assert {"evidence_stress", "evidence_work_precision", "wear_jumps"} <= set(measured)
@@ -315,7 +314,7 @@ def test_an_interrupt_ends_all_that_draws_and_what_was_done_is_noted(tmp_path, m
         return None
 
     with pytest.raises(KeyboardInterrupt):
-        figures_command._side_by_side(options, ["slow", "quick", "waiting"], tmp_path, line, done)
+        gallery._side_by_side(options, ["slow", "quick", "waiting"], tmp_path, line, done)
     assert noted == ["quick"]
     assert not (tmp_path / "waiting").exists()
     child = (tmp_path / "child").read_text()

@@ -4,10 +4,10 @@ import h5py
 import numpy as np
 import pytest
 import xarray
+from clearance.paper_figures import films
 from clearance.postprocess import pressures
 
 import clearance as cl
-from clearance.studies import films
 
 
 @pytest.fixture(scope="module")

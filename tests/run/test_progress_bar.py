@@ -48,8 +48,41 @@ def test_a_sweep_shows_its_points(monkeypatch, tmp_path):
     assert "sweep:" in shown()
     assert "simulate" not in shown()
     bar = progress_bar.ProgressBar("sweep")
-    bar(SimpleNamespace(done=1, failed=1, total=4))
-    assert (bar.bar.postfix, bar.bar.n) == ("1 of 4 done, 1 failed", 50.0)
+    bar(SimpleNamespace(done=1, failed=1, total=4, running=2, rate=0.5))
+    words = "1 of 4 done, 1 failed, 2 running, 0.5 runs/s"
+    assert (bar.bar.postfix, bar.bar.n) == (words, 50.0)
+
+
+def test_news_of_a_sweep_stand_beside_the_bar(monkeypatch):
+    """Commands show them at once, above the bar; a silent one shows nothing."""
+    shown, lines = stream(monkeypatch), []
+    state = SimpleNamespace(
+        done=1, failed=1, total=4, running=2, rate=0.5, before=3, news=("lost", "failed")
+    )
+    bar = progress_bar.ProgressBar("sweep", lines.append)
+    bar(state)
+    bar(state)
+    assert lines == 2 * ["lost", "failed"]
+    assert bar.before == 3
+    assert bar.bar.n == 50.0
+    assert shown().endswith("\r")  # the bar made room
+    silent = progress_bar.ProgressBar("sweep", lines.append, silent=True)
+    silent(state)
+    assert len(lines) == 4
+    assert silent.before == 3
+    assert silent.bar is None
+
+
+def test_a_study_without_a_share_shows_its_words(monkeypatch):
+    """A sentence stands with the time alone, a later share has its bar."""
+    shown = stream(monkeypatch)
+    bar = progress_bar.ProgressBar("steady")
+    bar("period 2")
+    assert "steady: 00:00 passed, period 2" in shown()
+    assert "%" not in shown()
+    bar(0.25)
+    bar.bar.refresh()
+    assert "25%" in shown()
 
 
 @pytest.mark.parametrize("kernel", [True, False])

@@ -8,6 +8,7 @@ from clearance.paper_figures.peers import Problem
 
 import clearance as cl
 from clearance.film.conserving import MemoryFilm
+from clearance.scene.catalogue import case_names, library
 from clearance.studies.benchmark.foreign import foreign
 from clearance.studies.benchmark.problems import PROBLEMS, benchmark, named
 from clearance.studies.benchmark.rows import references, source
@@ -260,6 +261,16 @@ def test_the_command_lists(typed):
     assert list(typed("benchmark --list --json").document) == list(PROBLEMS)
     typed("benchmark feder", status=2)
     typed("benchmark --against mine.csv", status=2)
+
+
+def test_the_set_is_no_case():
+    """Its folder beside the cases is none of them, nor are its modules."""
+    folder = library() / "benchmark"
+    assert (folder / "mechanisms.py").exists()
+    assert not {folder.name, *(p.stem for p in folder.iterdir())} & set(case_names())
+    for name in ("benchmark", *(p.stem for p in folder.glob("*.py"))):
+        with pytest.raises(ValueError, match="unknown case"):
+            cl.load_case(name)
 
 
 @pytest.mark.parametrize("name", PROBLEMS)

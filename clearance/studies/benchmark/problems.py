@@ -1,15 +1,18 @@
-"""The problems of the benchmark set as scenes; docs/benchmark states each without this code."""
+"""The benchmark set: its problems by name, and their values beside the references."""
 
 import time
 import warnings
 from pathlib import Path
 
-from clearance.studies.benchmark import bearings, mechanisms, motions  # noqa: F401
+from clearance.scene.catalogue import beside_cases
 from clearance.studies.benchmark.foreign import foreign
 from clearance.studies.benchmark.problem import PROBLEMS, RTOL, Answer, Work
 from clearance.studies.benchmark.rows import compared, references
 from clearance.values import checks
 from clearance.values.checks import RunWarning, one_of
+
+for _part in ("mechanisms", "bearings", "motions"):  # their problems enter PROBLEMS in this order
+    beside_cases(f"benchmark.{_part}")
 
 
 def named(name: str | int) -> str:

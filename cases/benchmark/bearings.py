@@ -6,10 +6,10 @@ from importlib.resources import files
 from itertools import pairwise
 
 import numpy as np
+from clearance.cases.benchmark.mechanisms import sampled
 
 import clearance as cl
 from clearance.laws import signal
-from clearance.studies.benchmark.mechanisms import sampled
 from clearance.studies.benchmark.problem import Work, problem
 
 CRANK, SPIN, CYCLE = 209.4395, 418.879, 720.0  # rad/s, rad/s, degrees

@@ -1,0 +1,1 @@
+"""Problems of the benchmark set as scenes; docs/benchmark states each without this code."""
