@@ -13,7 +13,7 @@ LOG = logging.getLogger("clearance")
 DELAY = 1.0  # seconds before a bar is shown
 INTERVAL = 30.0  # seconds between lines of the logger
 FORM = "{l_bar}{bar}| {elapsed} passed, {remaining} left{postfix}"
-WORDS = "{desc}: {elapsed} passed{postfix}"  # of a study that does not know its share
+WORDS = "{desc}: {elapsed} passed{postfix}"  # of a study without a share
 
 #: what the process does: "command" shows no bar unless one is requested, "study" is inside another
 _state: dict[str, bool] = {"command": False, "study": False}
@@ -37,15 +37,17 @@ def seen() -> bool:
 class ProgressBar:
     """A bar of the share that is done, or of words, once a study takes longer than a second.
 
-    Where nobody sees it, a line each half minute. say: what shows lines, default the logger; news
-    of sweeps too, which log their own. silent: nothing is shown. before: points of a sweep that
-    were done before.
+    Where nobody sees it, a line each half minute. printer: a function that shows lines, default the
+    logger. It shows news of sweeps, too, which log their own. silent: nothing is shown. before:
+    points of a sweep that were done before.
     """
 
     before = 0
 
-    def __init__(self, name: str, say: Callable[[str], None] | None = None, silent: bool = False):
-        self.name, self.say, self.silent = name, say, silent
+    def __init__(
+        self, name: str, printer: Callable[[str], None] | None = None, silent: bool = False
+    ):
+        self.name, self.printer, self.silent = name, printer, silent
         self.bar = None
         self.began = self.last = time.perf_counter()
 
@@ -59,9 +61,9 @@ class ProgressBar:
         it although no line is due.
         """
         self.before = getattr(state, "before", 0)
-        for line in getattr(state, "news", ()) if self.say and not self.silent else ():
+        for line in getattr(state, "news", ()) if self.printer and not self.silent else ():
             self.clear()
-            self.say(line)
+            self.printer(line)
         now = time.perf_counter()
         due = always or now - self.last >= (DELAY if self.seen else INTERVAL)
         if self.silent or not due:
@@ -75,7 +77,7 @@ class ProgressBar:
         if not self.seen:
             self.last = now
             share = "" if state is None else f"{state:.0%} done "
-            (self.say or LOG.info)(f"{self.name}: {now - self.began:.0f} s, {share}{words}")
+            (self.printer or LOG.info)(f"{self.name}: {now - self.began:.0f} s, {share}{words}")
             return
         form = WORDS if state is None else FORM
         bar = self.bar = self.bar or self._new(form)
