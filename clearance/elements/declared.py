@@ -86,20 +86,15 @@ def _check_coordinates(joint: Joint, states: set[str]) -> None:
         value = getattr(joint, axis)
         if value is not FREE and not isinstance(value, Known):
             raise TypeError(f"{joint.label()}: {axis} must be FREE or Known(...), got {value!r}")
-    bound = [getattr(joint, axis) for axis in RELATIVE if getattr(joint, axis) is not FREE]
+    bound = [k for k in (getattr(joint, axis) for axis in RELATIVE) if k is not FREE]
     numbers = {f.name for f in fields(joint) if joint.has_parameter(f)}
-    _check_names(joint, "number", [k.number for k in bound if k.number], numbers)
-    _check_names(joint, "state", [k.state for k in bound if k.state], states)
-    if idle := states - {k.state for k in bound}:
-        name = min(idle)
+    for kind, valid in (("number", numbers), ("state", states)):
+        for name in (getattr(k, kind) for k in bound):
+            if name not in {"", *valid}:
+                answer = f"{checks.meant(name, valid)}; it has {', '.join(sorted(valid)) or 'none'}"
+                raise _wrong(joint, f"Known({kind}={name!r}) is no {kind} of it{answer}")
+    for name in sorted(states - {k.state for k in bound}):
         raise _wrong(joint, f"state {name}: order 2 needs a coordinate Known(state={name!r})")
-
-
-def _check_names(joint: Joint, kind: str, names: Iterable[str], valid: set[str]) -> None:
-    for name in names:
-        if name not in valid:
-            answer = f"{checks.meant(name, valid)}; it has {', '.join(sorted(valid)) or 'none'}"
-            raise _wrong(joint, f"Known({kind}={name!r}) is no {kind} of it{answer}")
 
 
 @contextmanager
@@ -123,15 +118,13 @@ def check_work(element: Element, work) -> None:
         return
     states = {s.name for s in element.states() if s.order == 1}
     rates = {name for owner, name in work.rates if owner is element}
-    if missing := states - rates:
-        name = min(missing)
+    for name in sorted(states - rates):
         raise _wrong(element, f"act gives state {name!r} no rate: w.rate(self, {name!r}, ...)")
-    if foreign := rates - states:
-        raise _wrong(element, f"act gives a rate to {min(foreign)!r}, no state of order 1 of it")
-    count = len(work.spots.get(element, ()))
-    spots = element.spots()
-    if count != len(spots):
-        raise _wrong(element, f"act gives {count} w.spot, but spots() has {len(spots)}")
+    for name in sorted(rates - states):
+        raise _wrong(element, f"act gives a rate to {name!r}, no state of order 1 of it")
+    count, declared = (len(spots) for spots in (work.spots.get(element, ()), element.spots()))
+    if count != declared:
+        raise _wrong(element, f"act gives {count} w.spot, but spots() has {declared}")
 
 
 def check_outputs(element: Element, outputs: Iterable[tuple], is_value: Callable) -> list[tuple]:
@@ -147,7 +140,7 @@ def check_outputs(element: Element, outputs: Iterable[tuple], is_value: Callable
     names = [output[0] for output in outputs]
     checks.distinct(f"{element.label()}: outputs", names)
     watched = [s.path(element, n) for s in element.spots() if s.kind == CONTACT for n in WATCHED]
-    for name in (path.rpartition("/")[2] for path in watched):
-        if name not in names:
+    for path in watched:
+        if (name := path.rpartition("/")[2]) not in names:
             raise _wrong(element, f"a contact shows its {name}: w.show(self, {name!r}, ...)")
     return outputs

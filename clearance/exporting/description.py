@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import count
+from itertools import count, islice
 from xml.etree import ElementTree as Xml
 
 from clearance.exporting.model import Model
@@ -86,10 +86,11 @@ class Variable:
             "description": self.text,
             "initial": self.initial,
             "unit": self.units if self.units in units else "",
-            "start": "" if self.start is None else repr(float(self.start)),
-            "nominal": "" if self.nominal is None else repr(float(self.nominal)),
-            "derivative": "" if self.derivative is None else str(self.derivative),
         }
+        for name in ("start", "nominal"):
+            if (value := getattr(self, name)) is not None:
+                attributes[name] = repr(float(value))
+        attributes["derivative"] = str(self.derivative or "")
         return Xml.Element("Float64", {k: v for k, v in attributes.items() if v})
 
 
@@ -99,14 +100,10 @@ class Description:
     def __init__(self, model: Model):
         self.model, layout = model, model.layout
         self.continuous = layout.length + len(model.driven)
-        references = count(1)
-        self.states = [next(references) for _ in range(self.continuous)]
-        self.rates = [next(references) for _ in range(self.continuous)]
-        numbers = [next(references) for _ in model.numbers]
-        spots = [next(references) for _ in layout.spots]
-        self.indicators = [next(references) for _ in layout.spots]
-        stepper = [next(references) for _ in STEPPER]
-        outputs = [next(references) for _ in layout.channels]
+        groups = model.numbers, layout.spots, layout.spots, STEPPER, layout.channels
+        sizes, references = [self.continuous] * 2 + [*map(len, groups)], count(1)
+        parts = ([*islice(references, size)] for size in sizes)
+        self.states, self.rates, numbers, spots, self.indicators, stepper, outputs = parts
         self.variables = [Variable("time", 0, "time", "s", "independent")]
         self.outputs: list[Variable] = []
         self._add_states(outputs)
@@ -122,11 +119,10 @@ class Description:
             # the effort of a drive that is an input is that input
             if index not in self.shown and not inputs.get(channel.path):
                 path = channel.path + ("_shown" if channel.path in inputs else "")
-                name = structured(path)
-                text = channel.long_name
-                text = text.replace(", minus its start value", "")
+                text = channel.long_name.replace(", minus its start value", "")
                 text += ", in (-pi, pi]" if channel.wrapped else ""
-                self._add(Variable(name, outputs[index], text, channel.units, "output"))
+                row = structured(path), outputs[index], text, channel.units, "output"
+                self._add(Variable(*row))
 
     def _add(self, variable: Variable) -> None:
         self.variables.append(variable)
@@ -160,10 +156,9 @@ class Description:
         for k, drive in enumerate(model.driven):
             i = layout.length + k
             start = mechanism.par[layout.parameters[f"{drive.key}/start"]]
+            row = f"{drive.key}/driven", self.states[i], "driven coordinate"
             units = "m" if drive.slides else "rad"
-            path = f"{drive.key}/driven"
-            text = "driven coordinate"
-            self._add_state(Variable(path, self.states[i], text, units, start=start), i)
+            self._add_state(Variable(*row, units, start=start), i)
 
     def _add_state(self, state: Variable, i: int) -> None:
         """A state named by its path, and its rate; i: its place."""
@@ -171,20 +166,14 @@ class Description:
         state.initial = "exact"
         state.nominal = abs(float(state.nominal or 1.0)) or 1.0
         self._add(state)
-        name = f"der({state.name})"
-        text = f"rate of {state.name}"
-        self._add(Variable(name, self.rates[i], text, derivative=state.reference))
+        row = f"der({state.name})", self.rates[i], f"rate of {state.name}"
+        self._add(Variable(*row, derivative=state.reference))
 
     def _add_numbers(self, references: list[int]) -> None:
         for reference, number in zip(references, self.model.numbers, strict=True):
-            variability = "continuous" if number.is_input else "tunable"
-            causality = "input" if number.is_input else "parameter"
-            name = structured(number.name)
-            self._add(
-                Variable(
-                    name, reference, number.text, number.units, causality, variability, number.value
-                )
-            )
+            kind = ("input", "continuous") if number.is_input else ("parameter", "tunable")
+            row = structured(number.name), reference, number.text, number.units
+            self._add(Variable(*row, *kind, number.value))
 
     def _add_spots(self, references: list[int]) -> None:
         text = "speed at the first touch of the present contact, -1 in free flight"
