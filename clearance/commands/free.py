@@ -2,12 +2,12 @@
 
 from clearance.commands.common import case_of
 from clearance.values import checks
+from clearance.values.units import quantity
 
 
 def bounded_scene(options) -> tuple:
     """The scene with the parameters that hold; bounds by name, None where a value is missing."""
     from clearance.scene.parameter import varied
-    from clearance.values.units import quantity
 
     case, values, numbers, bounds = case_of(options), {}, {}, {}
     for item in options.parameters:
@@ -32,8 +32,6 @@ def bounded_scene(options) -> tuple:
 
 def is_range(text: str) -> bool:
     """True for LOW:HIGH."""
-    from clearance.values.units import quantity
-
     ends = text.split(":")
     if len(ends) != 2:
         return False

@@ -16,6 +16,7 @@ from clearance.commands.common import (
     taken,
 )
 from clearance.commands.free import bounded_scene, check_bounds
+from clearance.values.units import shown
 
 EXAMPLES = """\
 -p NAME=LOW:HIGH is searched for between these bounds, -p NAME=VALUE holds. A name is that of a
@@ -100,8 +101,6 @@ def _files(result, folder: Path) -> list[str]:
 
 def lines(result, document: dict) -> list[str]:
     """The result in lines."""
-    from clearance.values.units import shown
-
     d, units = document, {p.name: p.units for p in result.design.free}
     text = [f"{result.design.scene.name}: {', then '.join(d['goals'])}"]
     text += [f"  {n} = {shown(p['value'], p['units'])}" for n, p in d["parameters"].items()]
@@ -122,7 +121,5 @@ def lines(result, document: dict) -> list[str]:
 
 def _design(row: dict, units: dict[str, str]) -> str:
     """A design and its metrics in one line."""
-    from clearance.values.units import shown
-
     values = [f"{n} = {shown(v, units[n])}" for n, v in row["parameters"].items()]
     return ", ".join([*values, *(f"{n} {v:.5g}" for n, v in row["metrics"].items())])

@@ -15,7 +15,7 @@ from clearance.commands.common import (
     taken,
     texts_of,
 )
-from clearance.commands.sweep import OF_MANY, RUNS, going_on
+from clearance.commands.sweep import OF_MANY, RUNS, counts, going_on
 from clearance.values import checks
 from clearance.values.units import behind
 
@@ -121,16 +121,10 @@ def _document(result, folder: Path) -> dict:
     from clearance.postprocess.scatter import scatter as drawn
 
     metrics = {name: result.summary(name) for name in result.metrics}
-    swept = result.sweep
-    return {
-        "status": "complete" if swept.done.all() else "incomplete",
-        "case": swept.definition.case,
+    return counts(result.sweep) | {
         "folder": str(folder),
         "spread": {n: str(law) for n, law in result.spread.items()},
-        "points": len(swept),
         "independent": 2 * result.n,
-        "done": int(swept.done.sum()),
-        "failed": int(swept.failed.sum()),
         "metrics": metrics,
         "picture": str(drawn(result, folder / "scatter.png")) if metrics else None,
     }

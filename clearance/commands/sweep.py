@@ -230,6 +230,18 @@ def _listed(case, texts: dict[str, str], name: str) -> str:
     return f"{text};" if as_text and ";" not in text else text
 
 
+def counts(result) -> dict:
+    """State of a sweep, and numbers of its points."""
+    return {
+        "status": "complete" if result.done.all() else "incomplete",
+        "case": result.definition.case,
+        "folder": str(result.folder),
+        "points": len(result),
+        "done": int(result.done.sum()),
+        "failed": int(result.failed.sum()),
+    }
+
+
 def summary(result) -> dict:
     """A sweep as plain data: counts, extremes of each metric and where they are, what failed and
     why.
@@ -250,14 +262,8 @@ def summary(result) -> dict:
             }
     done = result.done
     without = done & (result.reason != "")
-    return {
-        "status": "complete" if done.all() else "incomplete",
-        "case": result.definition.case,
-        "folder": str(result.folder),
-        "points": len(result),
+    return counts(result) | {
         "given_in": result.definition.points.units,
-        "done": int(done.sum()),
-        "failed": int(result.failed.sum()),
         "lost": int((result.status == "lost").sum()),
         "missing": int((result.status == "missing").sum()),
         "reasons": [_reason(result, i) for i in np.flatnonzero(~done).tolist()],

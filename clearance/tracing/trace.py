@@ -45,6 +45,20 @@ OPERATIONS = {"and": "both", "or": "either", "not": "negation", "pow": "power"}
 OPERATIONS |= {n: n for n in ("add", "sub", "mul", "div", "neg", "select", "load", "lookup")}
 
 
+def _operation(name: str, turned: bool = False) -> Callable:
+    """Method of a traced number and another; turned: the other one stands first."""
+
+    def method(self, other):
+        operation = getattr(self.trace, name)
+        return operation(other, self) if turned else operation(self, other)
+
+    return method
+
+
+def _comparison(name: str) -> Callable:
+    return lambda self, other: self.trace.compare(name, self, other)
+
+
 class Scalar:
     """One traced number or truth value.
 
@@ -67,53 +81,19 @@ class Scalar:
     def boolean(self) -> bool:
         return self.op in BOOLEAN
 
-    def __add__(self, other):
-        return self.trace.add(self, other)
-
-    __radd__ = __add__
-
-    def __sub__(self, other):
-        return self.trace.sub(self, other)
-
-    def __rsub__(self, other):
-        return self.trace.sub(other, self)
-
-    def __mul__(self, other):
-        return self.trace.mul(self, other)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other):
-        return self.trace.div(self, other)
-
-    def __rtruediv__(self, other):
-        return self.trace.div(other, self)
+    __add__ = __radd__ = _operation("add")
+    __sub__, __rsub__ = _operation("sub"), _operation("sub", True)
+    __mul__ = __rmul__ = _operation("mul")
+    __truediv__, __rtruediv__ = _operation("div"), _operation("div", True)
+    __and__ = __rand__ = _operation("both")
+    __or__ = __ror__ = _operation("either")
+    __lt__, __le__, __gt__, __ge__ = map(_comparison, ("lt", "le", "gt", "ge"))
 
     def __neg__(self):
         return self.trace.neg(self)
 
     def __abs__(self):
         return self.trace.function("fabs", self)
-
-    def __lt__(self, other):
-        return self.trace.compare("lt", self, other)
-
-    def __le__(self, other):
-        return self.trace.compare("le", self, other)
-
-    def __gt__(self, other):
-        return self.trace.compare("gt", self, other)
-
-    def __ge__(self, other):
-        return self.trace.compare("ge", self, other)
-
-    def __and__(self, other):
-        return self.trace.both(self, other)
-
-    def __or__(self, other):
-        return self.trace.either(self, other)
-
-    __rand__, __ror__ = __and__, __or__
 
     def __bool__(self):
         raise TypeError("a traced scalar has no truth value: use trace.select")
