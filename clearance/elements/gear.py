@@ -12,6 +12,8 @@ from clearance.elements.springs import Spring
 from clearance.laws.law import BoundLaw, spring
 from clearance.values import checks
 
+APART = 0.02  # deflection of teeth at the start over the pitch radius, beyond any play
+
 
 @checks.answers
 @dataclass(frozen=True)
@@ -77,6 +79,16 @@ class Gear(Spring):
     def numbers(self) -> Iterator[Row]:
         yield from super().numbers()
         yield f"{self.key}/spread", math.tan(self.pressure_angle), ZERO
+
+    def doubts(self) -> list[str]:
+        if self.second.slides:
+            return super().doubts()
+        first, second = (j.b.body.angle - j.a.body.angle for j in (self.first, self.second))
+        meshing = second - self.ratio * first
+        if abs(meshing - self.phase) <= APART:
+            return super().doubts()
+        reason = f"the start angles of the wheels press its teeth; phase={meshing:.6g} meshes them"
+        return [*super().doubts(), f"{self.label()}: {reason}"]
 
     def act(self, m, w) -> None:
         ratio = m.number(self, "ratio")

@@ -12,7 +12,7 @@ from clearance.laws.film import (
     wet_film_torques,
 )
 from clearance.laws.law import FilmJoint, memory_film
-from clearance.laws.rough_layer import load_of
+from clearance.laws.rough_layer import load_of, turned
 
 #: smallest distance, relative to the clearance, that still has a direction of its own
 CENTRE = 1e-9
@@ -235,11 +235,13 @@ class Journal:
         if joint.film.law.family is memory_film:
             return eccentricity, *self._with_memory(eccentricity, closing, turning)
         state = [eccentricity, closing, self.spins[0] + self.spins[1] - 2.0 * turning]
+        size = state[2:]
         if joint.rough_layer:
-            state[:2], self.layer = m.film_behind(joint, state, facts)
+            size = m.function(turned, size)
+            state[:2], self.layer = m.film_behind(joint, [*state[:2], *size], facts)
             self.behind = state[0]
         forces = m.law(joint, "film", state, facts)
-        self._show_data(state)
+        self._show_data([*state[:2], *size])
         return eccentricity, *forces
 
     def _film_load(self):

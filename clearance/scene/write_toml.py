@@ -126,9 +126,9 @@ def _law(law: BoundLaw, field, folder: Path) -> str:
 
 
 def _makes(make: Callable, parameters: dict, law: BoundLaw) -> bool:
-    """True where a function makes this law of these parameters."""
+    """True where a function makes this law of these parameters, and its joint the others."""
     try:
-        return make(**parameters) == law
+        return make(**parameters) == (law.replaced() if law.of_joint else law)
     except (TypeError, ValueError):
         return False
 

@@ -1,6 +1,8 @@
 """Meshing teeth against closed forms: mesh force, bearing forces, vibration, planets, racks."""
 
+import dataclasses
 import math
+import re
 
 import numpy as np
 import pytest
@@ -117,6 +119,27 @@ def test_backlash_lets_the_pinion_run_until_the_flank():
     np.testing.assert_allclose(run["one"].omega[free], 100.0 * run.time[free], rtol=1e-9)
     assert not run["two"].omega[free].any()
     assert run["two"].omega[-1] < 0.0 < run["one"].omega[-1]
+
+
+def test_teeth_that_start_apart_are_named():
+    """Wheels at random angles: warned of from 0.02 on, with the phase that meshes them."""
+    rng = np.random.default_rng(6)
+    for _ in range(20):
+        ratio, off = rng.choice([-1.0, 1.0]) * rng.uniform(0.2, 0.9), rng.choice([0.015, 0.03, 2.0])
+        angles = rng.uniform(-3.0, 3.0, 2)
+        one, two = (
+            cl.Body(n, 1.0, WHEEL, angle=a) for n, a in zip(("one", "two"), angles, strict=True)
+        )
+        hinges = cl.Revolute(cl.ground, one), cl.Revolute(cl.ground.at(DISTANCE, 0.0), two)
+        phase = angles[1] - ratio * angles[0] + off
+        gear = cl.Gear(*hinges, ratio=ratio, stiffness=1e6, phase=phase)
+        doubts = cl.Scene(*hinges, gear).doubts
+        assert bool(doubts) == (off > 0.02)
+        if doubts:
+            phase = float(re.search("phase=([^ ]+)", doubts[0])[1])
+            scene = cl.Scene(*hinges, dataclasses.replace(gear, phase=phase))
+            run = cl.simulate(scene, until=1e-6, samples=2, error=None)
+            assert abs(run.values("springs/gear/deflection")[0]) < 1e-5 * DISTANCE
 
 
 def test_impossible_teeth_are_refused():

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 import clearance as cl
+from clearance.film import elastic
 from clearance.film.conserving import MemoryFilm
 from clearance.film.elastic_table import Films, rigid_numbers
 from clearance.laws.law import FilmJoint
 from clearance.laws.rough_layer import MOMENTS, load_of, pressure_of
 from clearance.laws.worn_asperity import moments
+from clearance.mechanism.build import build
 from clearance.mechanism.rough_layer import film_behind
 from clearance.tracing.kernels import evaluated
 from tests.differences import slopes
@@ -112,6 +114,32 @@ def test_slopes(tiny):
             lambda *s: np.array(layer(*s, *beside, par=rough.data)[:1]), state, 1e-5 * state
         )[0]
         assert np.abs((actual - wanted) * state).max() < 1e-5 * np.abs(wanted * state).max()
+
+
+def test_a_run_from_rest(monkeypatch):
+    """Places at random, from the middle to behind the wall: films at rest have endless slopes. Each
+    run comes to its end, and its first Jacobian is one of numbers below 1e20.
+    """
+    monkeypatch.setattr(elastic, "key_of", lambda *_: TINY)
+    rng = np.random.default_rng(8)
+    for _ in range(10):
+        ratio, way = rng.uniform(0.0, 1.2), rng.uniform(-3.0, 3.0)
+        pin = cl.Body("pin", 0.5, 1e-4)
+        joint = cl.ClearanceRevolute(
+            cl.ground,
+            pin,
+            **{"radius": 0.01, "clearance": 1e-4, "length": 0.016, "roughness": 2e-6},
+            film=cl.elastic_film(liner=2e-13, pressure_viscosity=0.0),
+            asperity=cl.greenwood_tripp(),
+            lubricant=cl.Lubricant(0.03),
+            eccentricity=(1e-4 * ratio * np.cos(way), 1e-4 * ratio * np.sin(way)),
+        )
+        scene = cl.Scene(joint, cl.Torque(pin, torque=1e-2 * rng.random()))
+        mechanism = build(scene)
+        flat, work = np.zeros(mechanism.size**2), np.append(mechanism.work0, 0.0)
+        mechanism.kernel("jacobian")(0.0, mechanism.y0, mechanism.par, work, flat)
+        assert np.abs(flat).max() < 1e20
+        assert cl.simulate(scene, until=1e-2, samples=2, error=None).status == "complete"
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import json
 import math
+import random
 import sys
 
 import numpy as np
@@ -331,6 +332,31 @@ def test_given_numbers_of_contacts_come_back(law):
         joint = cl.ClearanceRevolute(cl.ground, cl.Body("b", 1.0, 1.0), contact=contact, **size)
         (again,) = cl.Scene.from_json(cl.Scene(joint).to_json()).joints
         assert again.contact.values == joint.contact.values
+
+
+def test_elastic_films_come_back(tmp_path):
+    """Scene files of 20 random films on a layer, with and without numbers that the joint gives."""
+    rng = random.Random(3)
+    numbers = {
+        "liner": lambda: 10.0 ** rng.uniform(-12.0, -11.0),
+        "pressure_viscosity": lambda: rng.uniform(1e-9, 2e-8),
+        "roelands": lambda: True,
+        "follows": lambda: rng.random(),
+        "drag": lambda: "wet",
+    }
+    for _ in range(20):
+        film = cl.elastic_film(**{n: f() for n, f in numbers.items() if rng.random() < 0.4})
+        joint = cl.ClearanceRevolute(
+            cl.ground,
+            cl.Body("b", 1.0, 1.0),
+            **{"radius": 0.01, "clearance": 1e-4, "length": rng.uniform(0.01, 0.04)},
+            film=film,
+            lubricant=cl.Lubricant(0.01),
+            material=cl.Material.named("PTFE"),
+            layer=rng.uniform(2e-3, 5e-3),
+        )
+        text = (scene := cl.Scene(joint)).to_json()
+        assert case_of(tmp_path, toml_of(scene)).scene().to_json() == text
 
 
 def test_laws_of_a_case_file_come_back_in_another_process(tmp_path):
