@@ -1,1 +1,3 @@
-"""Mechanisms ready to run, one scene per file: a function of the swept quantities."""
+"""Mechanisms ready to run, one scene per file: a function of the swept quantities; in a folder the
+problems of the benchmark set.
+"""

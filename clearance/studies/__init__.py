@@ -1,1 +1,1 @@
-"""Contents of compiled scenes, and the set of benchmark problems."""
+"""Contents of compiled scenes; reference values of the benchmark set, beside those of any code."""
