@@ -40,7 +40,6 @@ from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
 from clearance.run.start import opened_by
 from clearance.scene.scene import Scene, idealised
-from clearance.stepping.types import announced
 
 if TYPE_CHECKING:  # what few runs need
     from clearance.accuracy.request import Outcome, Request
@@ -314,8 +313,7 @@ def prepare(
     if demanded is not None:
         steps = span.until / (max_step or longest_step(mechanism, span))
         demanded(mechanism, Demand(span.samples, min(steps, max_steps or steps)))
-    with announced():
-        run = Run(mechanism, span, solver)
+    run = Run(mechanism, span, solver)
     run.options = {
         "until": span.until,
         "samples": span.samples,

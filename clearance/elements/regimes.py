@@ -58,7 +58,7 @@ def film_limits(joint: ClearanceRevolute) -> list[tuple[str, float, float, str]]
         return [("film_least_min", -1.0, MOLECULE, THIN), *wide]
     if joint.elastic is not None:
         return [("elastic_film_min", -1.0, MOLECULE, THIN)]
-    alone = joint.film_reach is not None and joint.outline is None
+    alone = joint.ends_at_wall and joint.outline is None
     return [("gap_min", -1.0, MOLECULE, THIN)] if alone else []
 
 
@@ -96,6 +96,9 @@ class Regime:
 
     def warnings(self, joint: ClearanceRevolute) -> list[str]:
         """These places in words."""
+        places = [kind for kind, there in self.formal(joint).items() if there]
+        if not places:
+            return []
         pressure = f"film pressure reaches about {self.film_pressure / 1e6:.3g} MPa"
         ratio, number = self.film_thickness_ratio, self.piezoviscous_number
         without = "without deflection " if joint.film.law.through_wall else ""
@@ -113,8 +116,7 @@ class Regime:
             "flattened": f"{pressure}: it flattens the surfaces by {self.flattening_ratio:.2g} of "
             "the film: rigid is only formal",
         }
-        places = self.formal(joint).items()
-        return [f"{joint.label()}: {texts[kind]}" for kind, there in places if there]
+        return [f"{joint.label()}: {texts[kind]}" for kind in places]
 
 
 def regime(joint: ClearanceRevolute, pressure, gap, number: Callable | None = None) -> Regime:

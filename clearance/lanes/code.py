@@ -68,8 +68,8 @@ class Code:
             machine = llvm.Target.from_default_triple().create_target_machine(
                 cpu=PROCESSOR, features=WIDE, opt=LEVEL
             )
-            stem = f"lanes_{digest_of(f'{LEVEL} {WIDE} {made_from}')}"
-            code, _ = stored(stem, lambda: _object_code(module, machine))
+            self.stem = f"lanes_{digest_of(f'{LEVEL} {WIDE} {made_from}')}"
+            code, _ = stored(self.stem, lambda: _object_code(module, machine))
             self.engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
             self.engine.add_object_file(llvm.ObjectFileRef.from_data(code))
             self.engine.finalize_object()

@@ -58,7 +58,8 @@ def impossible(mechanism: Mechanism, method: str) -> str | None:
 
 def shape_of(mechanism: Mechanism, implicit: bool) -> Shape:
     """Sizes of a mechanism; implicit: contacts that set in gradually have no search of their own,
-    unless others begin with a touch.
+    unless others begin with a touch. Dead bands, of searches alone, are powers of two: clearances
+    that differ little share their machine code.
     """
     places, layout = mechanism.places, mechanism.layout
     films = [
@@ -67,12 +68,12 @@ def shape_of(mechanism: Mechanism, implicit: bool) -> Shape:
         if spot.kind == FILM and element in places
     ]
     bands = BAND * np.broadcast_to(mechanism.measures, len(mechanism.spots))
+    touching = not implicit or any(spot.kind == CONTACT for _, spot in mechanism.spots)
     contacts = tuple(
-        (spot.kind, i, float(bands[i]))
+        (spot.kind, i, touching * 2.0 ** math.floor(math.log2(bands[i])))
         for i, (_, spot) in enumerate(mechanism.spots)
         if spot.kind != FILM
     )
-    touching = not implicit or any(kind == CONTACT for kind, *_ in contacts)
     ledger, kind = layout.length - layout.states, "contacts" if touching else "gradual"
     sizes = mechanism.coordinates, mechanism.size, ledger, tuple(films)
     return Shape(*sizes, **{kind: contacts})

@@ -10,7 +10,6 @@ from clearance import lanes
 from clearance.accuracy.at_start import standing
 from clearance.elements.regimes import DEEPEST
 from clearance.lanes.code import WIDTHS, natural_width, off
-from clearance.lanes.engine import METHODS
 from clearance.lanes.group import FILMS, GoingOn, Group, Points
 from clearance.lanes.lane_metrics import LaneTurns, Wanted
 from clearance.lanes.point_numbers import NotForLanes
@@ -20,7 +19,7 @@ from clearance.results.record import Record
 from clearance.run.diagnosis import doubtful
 from clearance.run.run import Run
 from clearance.stepping import status
-from clearance.values.spots import BLENDED, FILM
+from clearance.values.spots import FILM
 
 
 class Starts:
@@ -35,8 +34,6 @@ class Starts:
             raise NotForLanes("lanes are off")
         if reason := lanes.impossible(mechanism, method):
             raise NotForLanes(reason)
-        if METHODS[method].IMPLICIT and any(spot.kind == BLENDED for _, spot in mechanism.spots):
-            raise NotForLanes("contacts that set in gradually are not counted in lanes")
         record = standing(run)
         if record.uneven:
             raise NotForLanes("a drive may stay behind its nominal speed")

@@ -142,16 +142,17 @@ class Turning:
         """Go on to so many turns; to fewer, where a drive stays behind its nominal speed, or where
         a loop that can be opened comes to its dead centre.
         """
-        turn = self.run.mechanism.scene.turn
         while (before := self.turns) < turns:
-            if dead := self._advance(min(before + PIECE, turns) * turn):
+            if dead := self._advance(min(before + PIECE, turns)):
                 return dead
             self._take()
             if self.turns == before:
                 break
         return None
 
-    def _advance(self, time: float) -> DeadCentre | None:
+    def _advance(self, turns: int) -> DeadCentre | None:
+        """Go on to the sample that ends so many turns, to the bit: else it may not be drawn."""
+        time = turns * SAMPLES_PER_TURN * self.run.state.sample_every
         code = self.judge.piece(self.run, self.run.advance_to(time))
         if code == status.DEAD_CENTRE:
             return self.run.dead_centre

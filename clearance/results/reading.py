@@ -69,6 +69,7 @@ KINDS = dict.fromkeys(FACT_UNITS, NUMBER) | by_name(
         ROW: "actual_range lowest highest force_highest atol",
     }
 )
+UNNAMED = Path("the result")
 SMALL = 2**24  # bytes of a column that fits into the memory of any machine
 #: times by which gzip makes a column smaller, at most
 PACKED = 1100
@@ -499,7 +500,7 @@ class MemoryReader(Reader):
         content: "Callable[[], tuple[Columns, Attributes]]",
         path: Path | None = None,
     ):
-        self.path = path or Path("the result")
+        self.path = path or UNNAMED
         self._ready, self._make, self.closed = ready, content, False
 
     @property

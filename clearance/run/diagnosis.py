@@ -60,7 +60,7 @@ class Diagnosis:
         rtol = run.solver.rtol
         self.doubt = SUSPICIOUS * rtol if run.mechanism.opens else doubtful(rtol)
         self.latest: list[np.ndarray] = []
-        self.regimes: dict[Joint, Regime] = {}  # of joints with films, once there are warnings
+        self.regimes: list[tuple[Joint, Regime]] = []  # with films, once there are warnings
 
     # --- on the way
     def remember(self, log: np.ndarray) -> None:
@@ -260,9 +260,7 @@ class Diagnosis:
         """Reasons for an energy ledger that does not close: impossible penetrations, else what this
         scene can do.
         """
-        if deep := [
-            *filter(None, (depth_warning(j, depth) for j, depth in self._depths().items()))
-        ]:
+        if deep := [*filter(None, (depth_warning(j, depth) for j, depth in self._depths()))]:
             return "; ".join(deep)
         if at := self.look_for_dead_centre():
             return at
@@ -287,7 +285,7 @@ class Diagnosis:
             warnings.append(f"the energy ledger does not close: {share}: {self._suspects()}")
         for joint in scene.clearance_joints if self.run.state.started else ():
             warnings += self._film_warnings(joint)
-        for joint, depth in self._depths().items():
+        for joint, depth in self._depths():
             warnings += filter(None, [depth_warning(joint, depth) or _beyond(joint, depth)])
         return warnings + self._standstill() + self._end_warnings()
 
@@ -334,15 +332,14 @@ class Diagnosis:
 
     def _film_warnings(self, joint) -> list[str]:
         """Limits of a joint's film, its mesh and its transition, from the extremes so far."""
-        group, mechanism = joint.key, self.run.mechanism
-        gap = self.run.extreme(f"{group}/gap_min")
-        warnings = []
+        group, mechanism, extremes = joint.key, self.run.mechanism, self.run.outermost
+        gap, warnings = extremes[f"{group}/gap_min"], []
         if joint.film is not None and joint.film_joint is not None:
-            pressure = self.run.extreme(f"{group}/film_pressure_max")
-            self.regimes[joint] = regime(joint, pressure, gap)
-            warnings += self.regimes[joint].warnings(joint)
+            seen = regime(joint, extremes[f"{group}/film_pressure_max"], gap)
+            self.regimes.append((joint, seen))
+            warnings += seen.warnings(joint)
             for name, sign, limit, text in film_limits(joint):
-                if sign * (value := self.run.extreme(f"{group}/{name}")) > sign * limit:
+                if sign * (value := extremes[f"{group}/{name}"]) > sign * limit:
                     warnings.append(f"{joint.label()}: {text.format(value)}")
         source = mechanism.sources.get(joint)
         if isinstance(source, Callback) and (doubt := source.doubt(1.0 - gap / joint.clearance)):
@@ -351,14 +348,14 @@ class Diagnosis:
         if rough is not None and gap < FULL_FILM * rough:
             from clearance.run.force_hole import hole_warning
 
-            force = self.run.extreme(f"{group}/force_max")
-            warnings += filter(None, [hole_warning(joint, mechanism.frequency, force, gap / rough)])
+            asked = extremes[f"{group}/force_max"], gap / rough
+            warnings += filter(None, [hole_warning(joint, mechanism.frequency, *asked)])
         return [*warnings, *filter(None, [without_pace(mechanism, joint)])]
 
-    def _depths(self) -> dict:
+    def _depths(self) -> list[tuple]:
         """Largest penetration [m] of each clearance joint so far; negative: never touched."""
         joints = self.run.mechanism.scene.clearance_joints if self.run.state.started else ()
-        return {j: -self.run.extreme(f"{j.key}/gap_min") for j in joints}
+        return [(j, -self.run.outermost[f"{j.key}/gap_min"]) for j in joints]
 
     def _sharp_frictions(self) -> list[str]:
         """Frictions that turn round within less than the tolerance resolves of a joint's rate."""

@@ -12,7 +12,6 @@ from clearance.machine import store
 from clearance.run.options import STAGED, choose_method, implicit, kernel_roles
 from clearance.stepping import status
 from clearance.stepping.state import CONTACTS, FUNCTIONS, KERNELS, PULL, RATE_X, STEPPER
-from clearance.stepping.types import announced
 
 LOG = logging.getLogger("clearance")
 # trial steps between two looks at the pace, and those of a run at which it ends
@@ -95,8 +94,7 @@ class Method:
     def _go_on_with(self, name: str) -> None:
         """Use another stepper from here on."""
         self.names.append(name)
-        with announced():
-            self.use(name)
+        self.use(name)
 
     def _become_implicit(self) -> None:
         """The explicit method of an automatic choice is held up by stability: go on with an

@@ -220,18 +220,13 @@ class Watched:
         times[done] = state.peaks[:count, places.WHEN]
         return Extremes(float(self.length), *self._named, self._signs * values, times)
 
-    def outermost(self, state: State) -> list[float]:
+    def outermost(self, state: State) -> dict[str, float]:
         """Outermost values of the quantities so far."""
         values = state.peaks[: len(self.quantities), places.VALUE]
         if state.stretches:
             finished = state.best[: state.stretches, : len(self.quantities)]
             values = np.maximum(values, finished.max(axis=0))
-        return (self._signs * values).tolist()
-
-    @cached_property
-    def columns(self) -> dict[str, int]:
-        """Column of each quantity."""
-        return {q.name: i for i, q in enumerate(self.quantities)}
+        return dict(zip(self._named[0], (self._signs * values).tolist(), strict=True))
 
     @cached_property
     def _named(self) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -166,7 +166,7 @@ def _close(run: Run, recording: Recording, finished: str, wall: float) -> None:
     recorder.close(finished, run.warnings, solver, partial(_located, end, diagnosis.regimes))
 
 
-def _located(run: Run, regimes: dict, recorder: Recorder) -> tuple[Extremes, Integrals]:
+def _located(run: Run, regimes: list, recorder: Recorder) -> tuple[Extremes, Integrals]:
     """Facts of a run at its end, and its located extremes and integrals."""
     scene, sooner = run.mechanism.scene, recorder.facts
     here = run.mechanism, run.state.y, run.state.work, run.state.time, run.state.turned[:, 0]
@@ -174,7 +174,7 @@ def _located(run: Run, regimes: dict, recorder: Recorder) -> tuple[Extremes, Int
     for groups in (scene.facts, sooner, {"state": end_state(*here)}):
         for group, facts in groups.items():
             recorder.add_facts(group, **facts)
-    for joint, regime in regimes.items():
+    for joint, regime in regimes:
         recorder.know_regime(joint, regime)
     return run.extremes, run.integrals
 

@@ -206,9 +206,10 @@ class Run:
         """Integrals over time so far."""
         return self.watched.integrals(self.state)
 
-    def extreme(self, name: str) -> float:
-        """Largest or smallest value of a watched quantity so far."""
-        return self._looked_at("outermost")[self.watched.columns[name]]
+    @property
+    def outermost(self) -> dict[str, float]:
+        """Largest or smallest value of each watched quantity so far."""
+        return self._looked_at("outermost")
 
     def _looked_at(self, name: str):
         """Something that `watched` finds in the state; at the end it is looked up once."""

@@ -151,7 +151,7 @@ class Scene(Celled):
         laws = [(v.law.kinks, v.values) for v in values if isinstance(v, BoundLaw)]
         return sorted({t for kinks, numbers in laws if kinks for t in kinks(numbers) if t > 0.0})
 
-    @property
+    @cached_property
     def turn(self) -> float | None:
         """Duration of one turn of the first drive that rotates at a constant or nominal speed [s],
         if there is one.

@@ -3,8 +3,6 @@ every stepper.
 """
 
 import logging
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import ClassVar
 
@@ -123,11 +121,5 @@ class Announcer(events.Listener):
         """Required by numba."""
 
 
-@contextmanager
-def announced() -> Iterator[None]:
-    """Log a line before the time loop is compiled meanwhile."""
-    with events.install_listener("numba:compile", Announcer()):
-        yield
-
-
+events.register("numba:compile", Announcer())
 __all__ = ["KERNEL", "compiled", "inline", "pasted", "shared"]

@@ -88,10 +88,10 @@ class Definition:
     def keys(self) -> tuple[str, ...]:
         """Name of each point: a digest of all its run depends on."""
         common = hashlib.sha256(json.dumps(self._common(), sort_keys=True).encode())
-        keys = []
+        keys, text = [], json.JSONEncoder(sort_keys=True).encode
         for i in range(len(self.points)):
             values = common.copy()
-            values.update(json.dumps(self.points[i], sort_keys=True).encode())
+            values.update(text(self.points[i]).encode())
             keys.append(values.hexdigest()[:16])
         return tuple(keys)
 

@@ -487,10 +487,8 @@ class _Driver:
         """Run the points that suit side by side, here in threads or on a cluster; returns those
         that are left.
         """
-        from clearance.stepping.types import announced
+        from clearance.sweeping.in_lanes import Lanes
 
-        with announced():
-            from clearance.sweeping.in_lanes import Lanes
         lanes = Lanes(self.definition, find_case(self.definition.path), self.now)
         self.ways = lanes.ways
         if scheduler is None:

@@ -13,7 +13,7 @@ from numba.core.targetconfig import TargetConfig
 
 from clearance.machine import store
 from clearance.machine.numba_passes import Part, Whole
-from clearance.stepping.types import COMPILING, IN_LANES, TESTED, Announcer, announced
+from clearance.stepping.types import COMPILING, IN_LANES, TESTED, Announcer
 from tests.typed import python
 
 
@@ -24,7 +24,7 @@ def test_compiling_the_time_loop_is_announced_once(caplog, monkeypatch):
     monkeypatch.setattr(Announcer, "waiting", {"stepping": COMPILING, "lanes": IN_LANES})
     modules = "clearance.stepping.loop", "clearance.stepping.radau5", "elsewhere"
     modules = *modules, "clearance.lanes.queue"
-    with caplog.at_level(logging.INFO, "clearance"), announced():
+    with caplog.at_level(logging.INFO, "clearance"):
         for module in modules:
             added = eval("lambda x: x + 1.0", {"__name__": module})
             assert numba.njit(added)(1.0) == 2.0
