@@ -150,7 +150,9 @@ class ClearanceRevolute(ClearanceJoint):
         if self.contact is None and self.film is None:
             raise ValueError(f"{label}: a clearance joint needs a contact law, a film, or both")
         if self.friction is not None and self.contact is None and not self.rough_layer:
-            raise ValueError(f"{label}: friction needs a contact law to give the normal force")
+            beside = self.film is not None and self.film.law.through_wall
+            needed = f"{'an asperity' if beside else 'a contact'} law to give the normal force"
+            raise ValueError(f"{label}: friction needs {needed}")
         if self.film is not None:
             self._check_oil("length", "the bearing length")
         if self.heat is not None and (self.film is None or not isinstance(self.heat, HeatBalance)):
@@ -168,7 +170,8 @@ class ClearanceRevolute(ClearanceJoint):
 
             if not isinstance(node, ThermalNode):
                 raise ValueError(f"{label}: heat balance: to must be a ThermalNode, got {node!r}")
-        if self.film is not None and self.contact is not None and self.transition is None:
+        beside = self.film is not None and not self.film.law.through_wall
+        if beside and self.contact is not None and self.transition is None:
             raise ValueError(
                 f"{label}: film and contact together need a transition model, such as "
                 f"load_sharing()"

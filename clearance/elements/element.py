@@ -93,7 +93,9 @@ class Element(Described):
             value = getattr(self, field.name)
             if field.type in (Point, "Point"):
                 self._set(field.name, as_point(self.label(), value))
-            if field.type in (Material, "Material") and not isinstance(value, Material):
+            if field.type in (Material, "Material") and isinstance(value, str):
+                self._set(field.name, Material.named(value))
+            elif field.type in (Material, "Material") and not isinstance(value, Material):
                 raise TypeError(f"{self.label()}: {field.name} must be a Material, got {value!r}")
         super()._check_fields()
 

@@ -87,7 +87,8 @@ def _joint(joint: Joint, frequency: float) -> dict:
             "reality": "rubbing" if joint.friction else "ideal",
             **made_of,
         }
-    parts = {s: repr(getattr(joint, s)) for s in PARTS if getattr(joint, s, None) is not None}
+    has = {s: getattr(joint, s) for s in PARTS if getattr(joint, s, None) is not None}
+    parts = {s: f"{v:.6g} m" if isinstance(v, float) else repr(v) for s, v in has.items()}
     if joint.elastic is not None:
         parts["elastic"] += f" ({_line_contact(joint, frequency)})"
     if _layered(joint):
@@ -136,7 +137,8 @@ def _surfaces(joint: Joint) -> str:
         return "soft"
     if joint.film is None:
         return "dry"
-    return "lubricated" if joint.contact is None else "mixed"
+    touches = joint.contact is not None or joint.rough_layer
+    return "mixed" if touches else "lubricated"
 
 
 def _solved(group) -> str:

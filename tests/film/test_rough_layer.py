@@ -16,6 +16,7 @@ from clearance.laws.rough_layer import MOMENTS, load_of, pressure_of
 from clearance.laws.worn_asperity import moments
 from clearance.mechanism.build import build
 from clearance.mechanism.rough_layer import film_behind
+from clearance.studies.explain import _joint
 from clearance.tracing.kernels import evaluated
 from tests.differences import slopes
 from tests.film.test_elastic_film import TINY
@@ -140,6 +141,21 @@ def test_a_run_from_rest(monkeypatch):
         mechanism.kernel("jacobian")(0.0, mechanism.y0, mechanism.par, work, flat)
         assert np.abs(flat).max() < 1e20
         assert cl.simulate(scene, until=1e-2, samples=2, error=None).status == "complete"
+
+
+@pytest.mark.parametrize(("law", "reality"), [(None, "lubricated"), *((a, "mixed") for a in LAWS)])
+def test_summits_make_a_joint_mixed(law, reality):
+    """In `clearance explain`, which rounds the roughness that two R_a make."""
+    joint = cl.ClearanceRevolute(
+        cl.ground,
+        cl.Body("pin", 0.5, 1e-4),
+        **{"radius": 0.01, "clearance": 1e-4, "length": 0.016, "roughness": "Ra0.4um+Ra0.8um"},
+        film=cl.elastic_film(liner=2e-13),
+        asperity=law and law(),
+        lubricant=cl.Lubricant(0.03),
+    )
+    facts = _joint(joint, 10.0)
+    assert (facts["reality"], facts["roughness"]) == (reality, "1.121e-06 m")
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from clearance.postprocess.citations import _fields
-from clearance.postprocess.tables import _with_error, differences
+from clearance.postprocess.tables import _with_error, changed_facts, differences
 from scipy.io import loadmat
 
 import clearance as cl
@@ -159,3 +159,50 @@ def test_sources_of_laws_do_not_drown_differences():
     assert _short("a = 1\nb = 2\n") == "text of 2 lines"
     assert _short(0.3) == "0.3"
     assert len(_short("x" * 500)) == 80
+
+
+LAW = """import clearance as cl
+
+
+@cl.signal
+def pulse(time, size):
+    \"\"\"A force [N].\"\"\"
+    return size * time
+"""
+CASE = """import clearance as cl
+from pulses import pulse
+
+
+def scene(*, size: float = 1.0) -> cl.Scene:
+    \"\"\"A block.\"\"\"
+    block = cl.Body("block", mass=1.0, inertia=1.0)
+    slide = cl.Prismatic(cl.ground, block, name="slide")
+    return cl.Scene(slide, cl.Force(block, x=pulse(size=size), name="push"), name="block")
+"""
+FILE = """[parameters]
+size = 1.0
+[body]
+block = { mass = 1.0, inertia = 1.0 }
+[joint]
+slide = { kind = "Prismatic", a = "ground", b = "block" }
+[force]
+push = { kind = "Force", point = "block", x = { law = "pulses.py:pulse", size = "$size" } }
+"""
+
+
+def test_a_law_of_a_file_is_one_law(tmp_path):
+    """`clearance diff` of a case and a scene file with it: nothing but what changed."""
+    for name, text in (("pulses.py", LAW), ("block.py", CASE), ("block.toml", FILE)):
+        (tmp_path / name).write_text(text)
+
+    def run(name, **values):
+        return cl.simulate(cl.load_case(tmp_path / name, **values), until=1e-3, samples=2)
+
+    first, second = run("block.py"), run("block.toml")
+    assert list(changed_facts(first, second)) == []
+    changed = {name for name, *_ in changed_facts(first, run("block.toml", size=2.0))}
+    assert changed == {"parameter size", "loads/push/x/size"}
+    (tmp_path / "pulses.py").write_text(LAW.replace("* time", "* time**2"))
+    assert [name for name, *_ in changed_facts(first, run("block.toml"))] == [
+        "sources/pulses.py/text"
+    ]

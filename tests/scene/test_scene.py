@@ -61,6 +61,15 @@ def test_unknown_point_lists_the_known_ones():
             {"contact": cl.lankarani_nikravesh},
         ),
         ("joint J: friction needs a contact law", {"friction": cl.coulomb(coefficient=0.1)}),
+        (
+            "joint J: friction needs an asperity law",
+            {"film": cl.elastic_film(liner=1e-12), "friction": cl.coulomb(coefficient=0.1)},
+        ),
+        (
+            "joint J: film elastic carries contact itself: leave contact and transition out",
+            {"film": cl.elastic_film(liner=1e-12), "contact": cl.hertz(stiffness=1e8)},
+        ),
+        ("no material 'POMM'", {"material": "POMM"}),
         ("joint J: start eccentricity", {"eccentricity": (1e-4, 0.0)}),
         ("joint J: roughness must be positive", {"roughness": -1.0}),
     ],
@@ -99,6 +108,16 @@ def test_drive(message, more):
     """Wrong numbers of a drive are refused by field."""
     with pytest.raises((ValueError, TypeError), match=message):
         cl.Drive(bar(), **more)
+
+
+def test_a_material_by_its_name():
+    """In Python as in scene files, all of the table."""
+    size = {"radius": 0.01, "clearance": 1e-4, "length": 0.02}
+    for name in cl.Material.table():
+        joint = cl.ClearanceRevolute(
+            cl.ground, bar()["a"], **size, contact=cl.winkler(restitution=0.9), material=name
+        )
+        assert joint.material == cl.Material.named(name)
 
 
 def test_scene_errors():
