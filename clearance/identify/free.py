@@ -7,7 +7,7 @@ bounds.
 import hashlib
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -32,6 +32,7 @@ from clearance.version import VERSION
 Bounds = Mapping[str, tuple[float | str, float | str] | str]
 
 
+NEAR = 0.25  # of the width of the bounds, between starts
 RUN = "run.h5"  # of the result of a search
 NO_RUN = Impossible, ValueError, ArithmeticError  # of a scene that cannot be run
 
@@ -120,6 +121,19 @@ class Varying:
         shares = sobol(n, len(self.free), random)
         low, high = self.ends.T if box is None else box
         return low + shares[:count] * (high - low)
+
+    def distance(self, x: np.ndarray, other: np.ndarray) -> float:
+        """The largest of the parameters' coordinates, over the width of the bounds."""
+        change = np.abs(x - other)[: len(self.free)]
+        return float(np.max(change / np.ptp(self.ends, axis=1)))
+
+    def apart(self, points: Iterable[np.ndarray]) -> list[np.ndarray]:
+        """Points in the order of their merit, but those that are near a better one last."""
+        apart, near = [], []
+        for x in points:
+            beside = any(self.distance(x, a) <= NEAR for a in apart)
+            (near if beside else apart).append(x)
+        return [*apart, *near]
 
     def values(self, x: np.ndarray) -> dict[str, float]:
         """Parameters at coordinates, by name."""

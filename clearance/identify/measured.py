@@ -134,10 +134,11 @@ class Heading(NamedTuple):
 
     def si(self, where: str) -> tuple[str, float]:
         """SI unit and factor; the unit is "?" where there is none. Raises ValueError."""
-        if self.unit in ("", "-", "1"):
-            return "1" if self.unit else "?", 1.0
-        known(f"{where}: column {self.name!r}: unknown unit", self.unit, ALL_UNITS)
-        return ALL_UNITS[self.unit]
+        unit = self.unit or (self.stem.lower() if self.along == "rad" else "")
+        if unit in ("", "-", "1"):
+            return "1" if unit else "?", 1.0
+        known(f"{where}: column {self.name!r}: unknown unit", unit, ALL_UNITS)
+        return ALL_UNITS[unit]
 
 
 def _column(path: Path, heads: list[Heading], x_at: int, column: str | None) -> int:

@@ -58,7 +58,6 @@ MOST_WITHOUT = 40  # evaluations a parameter of the search without slopes
 RADIUS = (0.05, 1e-6)  # of that search, first and last, over the width of the bounds
 FAILED = 10.0  # scaled goal, and shortfall of limits, of a point without a run
 SHARED = ("start", "max_step")  # options of the runs beside a point too
-NEAR = 0.25  # of the width of the bounds, between starts
 HELD = 64  # points in memory
 LOOKED = 16  # points that the best starts are taken from
 _LIMIT = re.compile(r"\s*([^<>=\s]+)\s*([<>])=?\s*(\S.*?)\s*$")
@@ -273,10 +272,6 @@ class Design(Varying):
         at = {int(k): -1 for k in np.flatnonzero(point.x < low + edge)}
         return at | {int(k): 1 for k in np.flatnonzero(point.x > high - edge)}
 
-    def distance(self, x: np.ndarray, other: np.ndarray) -> float:
-        """The largest of the coordinates, over the width of the bounds."""
-        return float(np.max(np.abs(x - other) / np.ptp(self.ends, axis=1)))
-
     def look(self, places: np.ndarray) -> list[dict[str, float]]:
         """Metrics at coordinates (points, parameters); empty where there is no run."""
         return [self.point(x).values for x in places]
@@ -342,11 +337,7 @@ class Aim:
         for x, values in zip(places, design.look(places), strict=True):
             if all(math.isfinite(values.get(n, math.nan)) for n in design.wanted):
                 ends.append(Solved(x, values[self.goal.name], self.shortfall(values), False))
-        apart, near = [], []
-        for x in (end.x for end in sorted(ends, key=self.merit)):
-            beside = any(design.distance(x, a) <= NEAR for a in apart)
-            (near if beside else apart).append(x)
-        yield from [*apart, *near][: count - 1]
+        yield from design.apart(end.x for end in sorted(ends, key=self.merit))[: count - 1]
 
     def solved(self, x: np.ndarray, finish: float = FINISH) -> Solved:
         """The best design from a start."""

@@ -59,11 +59,11 @@ REFUSED = 4.0  # costs over the least, from which an end is no rival
 WEAK = 1e-6  # of singular values of slopes: directions that the linear step leaves
 NEAR = 0.02  # of the bounds: starts that end so near to each other may have one end
 MOST, MOST_LEADING = 100, 12  # evaluations of one start, and of a first part
-LOOKED = 16  # points between the bounds at which the cost is looked at, a start
+LOOKED = 32  # points between the bounds at which the cost is looked at
 SETTLE = 2.0  # turns before a record, where nothing else is requested
 SAMPLES = 720  # of a turn, at least; between them by cubics
-# of a record where nothing turns, or of a turn, by which it may be shifted; before its start a run
-ROOM = 0.1  # has its first values
+# of a record where nothing turns, by which it may be shifted; before its start a run has its first
+ROOM = 0.1  # values
 LENGTH = 2000  # samples of a record where nothing turns, at least
 ROUNDING = 1e-9  # of a number of samples
 PLACES = 256  # of a shift that is looked for over one turn
@@ -92,11 +92,6 @@ class Curve:
     nuisances: tuple[str, ...] = ()
     lowpass: tuple[int, float] | None = None
     changes: Mapping[str, object] = field(default_factory=dict)
-
-    @property
-    def sensor(self) -> tuple:
-        """The sensor, which has two directions: its file and channel without x or y."""
-        return self.measured.path, self.channel[:-1]
 
     @property
     def label(self) -> str:
@@ -155,11 +150,12 @@ class Problem(Varying):
         settle: float | None = None,
     ):
         super().__init__(scene, free)
-        self.curves = list(curves)
-        if not self.free or not self.curves:
+        if not self.free or not curves:
             raise ValueError("fit needs at least one parameter and one record")
         self.turn = scene.turn
+        self.turns = [self.scene_of(self.inside, c.changes).turn for c in curves]
         self.settle = (SETTLE if self.turn else 0.0) if settle is None else settle
+        self.curves = list(curves)
         changes = [c.changes for c in self.curves]
         self.groups = [
             _Group(here, tuple(i for i, c in enumerate(changes) if c == here))
@@ -172,26 +168,20 @@ class Problem(Varying):
         self.column: dict[tuple[int, str], int] = {}  # of a curve and its nuisance, among x
         columns: dict[tuple, int] = {}
         for i, name in [(i, n) for i, c in enumerate(self.curves) for n in c.nuisances]:
-            key = self.curves[i].sensor if name == MOUNTING else (i, name)
+            about = self.curves[i]  # one sensor has x and y of one file and channel
+            key = (about.measured.path, about.channel[:-1]) if name == MOUNTING else (i, name)
             if key not in columns:
                 columns[key] = len(self.free) + len(columns)
                 self.nuisances.append((i, name))
             self.column[i, name] = columns[key]
+        if self.size < len(self.names):
+            raise ValueError(f"fit: {self.size} values do not determine {len(self.names)} numbers")
         self._last: tuple[np.ndarray, list, dict] | None = None  # a point, its runs and slopes
         self.reason = ""
         self.remarks: list[str] = []  # about the stretch that is fitted
         self.touching = any(j.impacts for j in scene.joints)
         self.rtol, self.density = RTOL_APART if self.touching else RTOL, 1
-        self._check()
         self.groups = [self._checked(g) for g in self.groups]
-
-    def _check(self) -> None:
-        """Raise ValueError for records along an angle that nothing turns by."""
-        for curve in self.curves:
-            if curve.measured.along == "angle" and not self.turn:
-                raise ValueError(
-                    f"{curve.label}: it runs along an angle, and no drive of the scene turns evenly"
-                )
 
     def _checked(self, group: _Group) -> _Group:
         """The group with its method. Raises ValueError for what cannot be fitted."""
@@ -200,6 +190,9 @@ class Problem(Varying):
             raise ValueError(f"fit: {reason}")
         units = {c.path: c.units for c in run.mechanism.layout.channels}
         for curve in (self.curves[i] for i in group.curves):
+            if curve.measured.along == "angle" and not self.turn:
+                reason = "it runs along an angle, and no drive of the scene turns evenly"
+                raise ValueError(f"{curve.label}: {reason}")
             path = curve.channel if curve.channel in units else f"{curve.channel}_x"
             if path not in units:
                 checks.known("fit: the scene has no channel", curve.channel, units)
@@ -220,12 +213,16 @@ class Problem(Varying):
     @cached_property
     def bounds(self) -> np.ndarray:
         """Lower and upper ones of the coordinates."""
-        late = self.turn or ROOM * max(c.measured.x[-1] for c in self.curves)
-        early = min(self.settle, 1.0) * self.turn if self.turn else self.settle
-        early = early or (ROOM * self.turn if self.turn else late)
-        limits = {SHIFT: (-early, late), OFFSET: (-math.inf, math.inf), GAIN: (0.1, 10.0)}
-        limits[MOUNTING] = -math.pi, math.pi
-        return np.array([*self.ends, *(limits[n] for _, n in self.nuisances)]).T
+        limits = {OFFSET: (-math.inf, math.inf), GAIN: (0.1, 10.0), MOUNTING: (-math.pi, math.pi)}
+        of_sensors = [limits.get(n) or self._shifts(i) for i, n in self.nuisances]
+        return np.array([*self.ends, *of_sensors]).T
+
+    def _shifts(self, i: int) -> tuple[float, float]:
+        """Earliest and latest shift of a record [s]."""
+        turn = self.turns[i]
+        late = turn or ROOM * self.curves[i].measured.x[-1]
+        early = min(self.settle, 1.0) * turn if turn else self.settle
+        return -(early or late), late
 
     @cached_property
     def middle(self) -> np.ndarray:
@@ -247,6 +244,7 @@ class Problem(Varying):
             lengths.append(places[-1] + room * (SHIFT in curve.nuisances))
             target = (1.0 / SAMPLES if scene.turn else places[-1] / LENGTH) / self.density
             spacing = float(np.median(np.diff(places)))
+            spacing *= max(math.floor(target / spacing + ROUNDING), 1)
             spacings.append(spacing / math.ceil(spacing / target - ROUNDING))
         samples = math.ceil((self.settle + max(lengths)) / min(spacings) - ROUNDING)
         until = samples * min(spacings) * unit
@@ -329,12 +327,12 @@ class Problem(Varying):
         except NO_RUN as reason:
             self.reason = str(reason)
             return np.full(self.size, math.nan)
-        parts = {}
+        errors = np.empty(self.size)
         for group, step in zip(self.groups, steps, strict=True):
             for i in group.curves:
                 difference = self.modelled(step.record, i, x) - self.curves[i].measured.values
-                parts[i] = difference / self.sigma[i]
-        return np.concatenate([parts[i] for i in range(len(self.curves))])
+                errors[self.rows[i]] = difference / self.sigma[i]
+        return errors
 
     @property
     def size(self) -> int:
@@ -344,7 +342,7 @@ class Problem(Varying):
     def in_turns(self, i: int) -> np.ndarray:
         """Places of the values of a record [turns]."""
         about = self.curves[i].measured
-        return about.x / (1.0 if about.along == "angle" else self.turn)
+        return about.x / (1.0 if about.along == "angle" else self.turns[i])
 
     @property
     def stated(self) -> bool:
@@ -508,14 +506,15 @@ class Problem(Varying):
         return changed
 
     def starts(self, count: int, seed: int) -> Iterator[np.ndarray]:
-        """Starts: the first, then the best of Sobol' points between the bounds."""
+        """Starts: the first, then those of least cost of the first parts of the records."""
         yield self.middle
-        if count < 2:
-            return
-        points = self.spread(max(LOOKED, count - 1), seed)
-        part = self.first(next(self._shares(), 1.0))
-        looked = [np.append(point, self._still()) for point in points]
-        yield from sorted(looked, key=lambda x: part.priced(part.shifted(x)).cost)[: count - 1]
+        yield from self.first(next(self._shares(), 1.0)).lowest(count - 1, seed)
+
+    def lowest(self, count: int, seed: int) -> Iterator[np.ndarray]:
+        """The best of Sobol' points between the bounds."""
+        points = self.spread(max(LOOKED, count), seed) if count else ()
+        looked = [self.shifted(np.append(point, self._still())) for point in points]
+        yield from self.apart(sorted(looked, key=lambda x: self.priced(x).cost))[:count]
 
     def followed(self, x: np.ndarray, report: Callable[[float], None]) -> "Solved":
         """The least cost from a start, whose shifts are looked for first, and at its end.

@@ -3,7 +3,7 @@
 import hashlib
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from clearance.identify.scene_fit import (
     OFFSET,
     REFUSED,
     SHIFT,
+    STARTING,
     Curve,
     NotFollowed,
     Problem,
@@ -74,13 +75,14 @@ class SceneFit(Celled):
     @property
     def nuisances(self) -> dict[str, tuple[float, float, str]]:
         """Fitted numbers of the sensors: value, standard deviation and units, by name."""
-        problem, first, rows = self.problem, len(self.problem.free), {}
+        problem, rows = self.problem, {}
         deviations = np.sqrt(np.diag(self.verdict.covariance))  # those of statistics have none
-        parts = zip(problem.names, self.best.x, deviations, strict=False)
-        for (name, x, sd), (i, kind) in zip(list(parts)[first:], problem.nuisances, strict=False):
+        for k in range(len(problem.free), len(deviations)):
+            i, kind = problem.nuisances[k - len(problem.free)]
             units = {SHIFT: "s", MOUNTING: "rad", OFFSET: problem.curves[i].measured.units}
             size = problem.scales[i] if kind == OFFSET else 1.0
-            rows[name] = float(size * x), float(size * sd), units.get(kind, "1")
+            numbers = (float(size * x) for x in (self.best.x[k], deviations[k]))
+            rows[problem.names[k]] = *numbers, units.get(kind, "1")
         return rows
 
     @cached_property
@@ -209,7 +211,7 @@ def fit(
     """
     scene = load_case(scene)
     free = [bounded(scene, name, bounds) for name, bounds in dict(parameters).items()]
-    curves = [*_curves(scene, data, channels, noise, nuisances, lowpass)]
+    curves = [*_curves(scene, data, channels, noise, settle, nuisances, lowpass)]
     checks.whole("fit: starts", starts, 1)
     problem = Problem(scene, free, curves, settle)
     if folder is None:
@@ -256,6 +258,9 @@ def _by_trajectories(
         if not i and math.isfinite(ends[0].cost):
             problem.before_horizon(ends[0].x)
         report((i + 1) / starts)
+    if not (problem.turn or problem.touching):  # minima that first parts do not lead to
+        others = loose.lowest(starts - 1, seed)
+        ends += [past.end(lambda x=x: loose.solved(x, finish=STARTING)) for x in others]
     ends = problem.finished(ends)
     best = min(ends, key=lambda e: e.cost)
     if not math.isfinite(best.cost):
@@ -299,7 +304,7 @@ def _about(problem: Problem, seed: int) -> list:
     return about
 
 
-def _curves(scene: Scene, data, channels, noise, nuisances, lowpass) -> list[Curve]:
+def _curves(scene: Scene, data, channels, noise, settle, nuisances, lowpass) -> list[Curve]:
     """All records beside their channels."""
     paths = listed(channels) or []
     if not paths:
@@ -316,6 +321,8 @@ def _curves(scene: Scene, data, channels, noise, nuisances, lowpass) -> list[Cur
             if not isinstance(source, Measured):
                 record = read(source, column if equals else None)
             path, wanted = path.strip(), _nuisances(nuisances, record, scene)
+            if SHIFT in wanted and scene.turn and settle != 0.0 and record.along == "time":
+                record = replace(record, x=record.x - record.x[0])
             if not path.endswith(("x", "y")):
                 wanted = tuple(n for n in wanted if n != MOUNTING)
             curves.append(

@@ -28,6 +28,7 @@ from clearance.metrics.statistics import BATCHES, student
 from clearance.results.record import cubic
 
 FEWEST = 20  # turns of a record
+GAP = 2.0  # between values, over the median, from which values are missing
 TURNS = 200  # of a run at each point
 RTOL = 1e-6
 BANDS = (1, 3, 9, 33)  # first orders of the bands of a spectrum; the last ends at half the samples
@@ -38,17 +39,21 @@ LEAST = 1e-12  # power over that of all orders, below which a band is empty
 
 
 def turns_of(problem: Problem) -> int:
-    """Full turns of the shortest record; 0 where nothing turns."""
+    """Full turns of the shortest record up to a gap; 0 where nothing turns."""
     if not problem.turn:
         return 0
-    sizes = (_places(problem, i) for i in range(len(problem.curves)))
-    return min(math.floor(places[-1] + 1.0 / count) for places, count in sizes)
+    turns = []
+    for i in range(len(problem.curves)):
+        places, count = _places(problem, i)
+        gaps = np.flatnonzero(np.diff(places) * count > GAP)
+        turns.append(math.floor(places[[*gaps, -1][0]] + 1.0 / count))
+    return min(turns)
 
 
 def reason_without(problem: Problem) -> str:
     """Reason for which there is no fit by statistics; "" where there is one."""
     if (turns := turns_of(problem)) < FEWEST:
-        return f"statistics need at least {FEWEST} turns, and the record has {turns}"
+        return f"statistics need at least {FEWEST} turns, and the record has {turns} without a gap"
     if not problem.stated:
         return "statistics need the noise of the sensor, which is in them: give noise"
     if any(n != SHIFT for _, n in problem.nuisances):

@@ -17,6 +17,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations, compress
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +33,6 @@ from clearance.metrics.statistics import student
 WIDE = 0.5  # half of an interval over its value, from which the profile is taken
 CORRELATED, TOGETHER = 0.95, 0.999
 EDGE = 1e-6  # of the width of the bounds: at its bound
-WHOLE = 0.01  # of an exponent: it counts as an integer
 STRAIGHT = 0.25  # least growth of the cost over that of a parabola, or its inverse, of an interval
 CLOSE = 0.02  # of t, to which the end of a profile is looked for
 TRIES = 8  # points of one side of a profile, at most
@@ -106,10 +106,10 @@ def verdict(
     judge = Judge(problem, best, covariance * more, noise**2 * more, error.covers)
     products, hidden = judge.products(slopes)
     intervals = [judge.interval(k, k in hidden) for k in range(len(problem.free))]
-    tests = {} if error.covers else dict(_tests(problem, best, residuals, slopes, tau, stated))
+    tests = {} if error.covers else dict(_tests(problem, best, residuals, slopes, tau))
     minima = list(judge.minima(ends))
     doubts = [*problem.remarks]
-    doubts += _doubts(intervals, ends, best, tau, samples, tests, minima, error)
+    doubts += _doubts(problem, intervals, ends, best, tau, tests, minima, error)
     return Verdict(
         problem.names,
         intervals,
@@ -166,13 +166,20 @@ class Judge:
         return 2.0 * (end.cost - self.best.cost) / self.variance
 
     def products(self, slopes: np.ndarray) -> tuple[list[str], set[int]]:
-        """Products of inseparable parameters, and these."""
+        """Products of inseparable parameters, and these.
+
+        Slopes of some are parallel: all of these enter as one. Others are only correlated.
+        """
         lines, hidden = [], set()
-        for i in range(len(self.problem.free)):
-            for j in range(i):
-                if abs(self.correlated[i, j]) > TOGETHER and self._wide(i) and self._wide(j):
-                    lines.append(self._product(slopes, i, j))
-                    hidden |= {i, j}
+        wide = [k for k in range(len(self.problem.free)) if self._wide(k)]
+        seen = _alone(slopes, wide)
+        seen = seen / np.maximum(np.linalg.norm(seen, axis=0), 1e-300)
+        groups = [[*compress(wide, row)] for row in np.abs(seen.T @ seen) > TOGETHER]
+        groups += [[*p] for p in combinations(wide, 2) if abs(self.correlated[p]) > TOGETHER]
+        for group in groups:
+            if len(group) > 1 and not hidden.issuperset(group):
+                lines.append(self._product(_alone(slopes, group), group))
+                hidden |= {*group}
         return lines, hidden
 
     def _wide(self, k: int) -> bool:
@@ -182,27 +189,24 @@ class Judge:
             return math.expm1(min(wide, LARGE)) > WIDE
         return free.size * wide > WIDE * abs(free.value(x))
 
-    def _product(self, slopes: np.ndarray, i: int, j: int) -> str:
-        pair, others = slopes[:, [i, j]], np.delete(slopes, [i, j], axis=1)
-        a, b = (pair - others @ np.linalg.lstsq(others, pair, rcond=None)[0]).T
-        ratio = float(a @ b) / float(a @ a)
-        if abs(ratio) < 1.0:
-            i, j, a, b = j, i, b, a
-            ratio = float(a @ b) / float(a @ a)
-        if abs(ratio - round(ratio)) < WHOLE * abs(ratio):
-            ratio = float(round(ratio))
-        first, second = self.problem.free[i], self.problem.free[j]
-        sd = math.sqrt(self.variance) / float(np.linalg.norm(a))
-        if first.positive and second.positive:
-            value = first.value(self.best.x[i]) * second.value(self.best.x[j]) ** ratio
-            power = f"^{ratio:.4g}" if ratio != 1.0 else ""
-            enter = f"{first.name} * {second.name}{power}"
-            size = f"{value:.4g} within a factor of {math.exp(min(self.quantile * sd, LARGE)):.4g}"
+    def _product(self, columns: np.ndarray, group: Sequence[int]) -> str:
+        """The product of parameters with these columns, in words."""
+        order = np.argsort(np.linalg.norm(columns, axis=0))
+        free, columns = [self.problem.free[group[k]] for k in order], columns[:, order]
+        norm = float(np.linalg.norm(columns[:, 0]))
+        powers = np.array([float(f"{n:.3g}") for n in columns[:, 0] @ columns / norm**2])
+        total = float(powers @ self.best.x[group][order])
+        half = self.quantile * math.sqrt(self.variance) / norm
+        if all(p.positive for p in free):
+            terms = (f"{p.name}^{n:g}" for p, n in zip(free, powers, strict=True))
+            enter = " * ".join(term.removesuffix("^1") for term in terms)
+            size = f"{math.exp(total):.4g} within a factor of {math.exp(min(half, LARGE)):.4g}"
         else:
-            enter = f"{first.name} {ratio:+.4g} {second.name}"
-            value = self.best.x[i] + ratio * self.best.x[j]
-            size = f"{value:.4g} +- {self.quantile * sd:.2g} of their coordinates"
-        return f"{first.name} and {second.name} cannot be told apart: they enter as {enter}, {size}"
+            terms = (f"{n:+g} {p.name}" for p, n in zip(free, powers, strict=True))
+            enter = " ".join(terms).removeprefix("+1 ")
+            size = f"{total:.4g} +- {half:.2g} of their coordinates"
+        *names, last = (p.name for p in free)
+        return f"{', '.join(names)} and {last} cannot be told apart: they enter as {enter}, {size}"
 
     def interval(self, k: int, hidden: bool) -> Interval:
         """The interval of a parameter."""
@@ -265,6 +269,12 @@ class Judge:
                 yield self.problem.values(end.x), self.growth(end)
 
 
+def _alone(slopes: np.ndarray, group: Sequence[int]) -> np.ndarray:
+    """Columns of parameters without the part that all others make up for."""
+    columns, others = slopes[:, group], np.delete(slopes, group, axis=1)
+    return columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0]
+
+
 def chances(growths: Sequence[float]) -> list[float]:
     """Probabilities of minima with these growths of 2 cost over s^2, that of the least first."""
     ratios = np.exp(-0.5 * np.array([0.0, *growths]))
@@ -277,12 +287,12 @@ def _tests(
     residuals: np.ndarray,
     slopes: np.ndarray,
     tau: float,
-    stated: bool,
 ) -> Iterator[tuple[str, float]]:
     """Probabilities of residuals as these, where the model is right."""
-    if stated:
+    if problem.stated:
         yield "chi-square", chi_square(problem, best, tau)
-    yield "runs of residuals", min(runs_test(residuals[rows]) for rows in problem.rows)
+    thinned = (residuals[rows][:: math.ceil(tau)] for rows in problem.rows)
+    yield "runs of residuals", min(map(runs_test, thinned))
     if residuals.size > 3 * len(best.x):
         yield "held-out third", held_out(residuals, slopes, problem.rows, tau)
 
@@ -332,19 +342,23 @@ def runs_test(residuals: np.ndarray) -> float:
 
 
 def _doubts(
+    problem: Problem,
     intervals: Sequence[Interval],
     ends: Sequence[Solved],
     best: Solved,
     tau: float,
-    samples: int,
     tests: Mapping[str, float],
     minima: Sequence,
     error: RunError,
 ) -> Iterator[str]:
     """Sentences that a reader must see."""
-    for i in intervals:
-        if i.kind == "at its bound":
-            yield f"{i.name} ends at a bound: its interval is that inside of the bounds"
+    low, high = problem.bounds
+    edges = np.minimum(best.x - low, high - best.x) < EDGE * (high - low)
+    for name in compress(problem.names, edges):
+        yield f"{name} ends at a bound: its interval is that inside of the bounds"
+    for i, free in zip(intervals, problem.free, strict=True):
+        if max(i.low - free.low, free.high - i.high) < EDGE * free.size:
+            yield f"the records do not determine {i.name} between its bounds"
     if error.shift > SHARE:
         wider = math.hypot(1.0, error.shift)
         yield f"the error of the runs makes all intervals wider, by a factor of {wider:.2g}"
@@ -354,8 +368,9 @@ def _doubts(
         yield "the fit was still improving when it was ended"
     if tau > 1.0:
         yield (
-            f"the residuals are autocorrelated: {samples} values are worth "
-            f"{samples / tau:.0f} independent ones, and the intervals are for these"
+            f"the residuals are autocorrelated: {problem.size} values are worth "
+            f"{problem.size / tau:.0f} independent ones, and the intervals are for these; "
+            "either their noise is, or the model lacks something"
         )
     doubtful = {name: p for name, p in tests.items() if p < DOUBTFUL}
     for name, probability in doubtful.items():
