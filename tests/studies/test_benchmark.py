@@ -25,7 +25,7 @@ LONG = {"feeder", "rotating_load", "engine_load", "periodic_orbit", "chaotic_sta
 #: rounding of another processor, over the error of a row
 SPREAD = 2.0
 #: what films of tables, and wear that jumps, are off by, over the value: as their pages state
-OFF = {"rotating_load": 1e-3, "worn_bushing": 1e-3}
+OFF = {"rotating_load": 1e-3, "engine_load": 1e-3, "worn_bushing": 1e-3}
 
 
 def marked(names):
@@ -39,7 +39,8 @@ def test_this_package_is_within_the_errors(name):
     answer = benchmark(name)
     for row in answer.rows:
         allowed = row.row.error + row.width
-        allowed += OFF.get(name, 0.0) * abs(row.row.value)
+        exact = row.row.quantity.startswith("short_")
+        allowed += (0.0 if exact else OFF.get(name, 0.0)) * abs(row.row.value)
         assert abs(row.off) <= SPREAD * allowed, row.row.quantity
     assert answer.work.seconds > 0.0
 
@@ -73,8 +74,8 @@ def test_exudyn_is_near_the_lubricated_feeder():
 
 @pytest.mark.slow
 def test_other_films_are_within_the_errors():
-    """Finite and elastic bearing under a load that turns by two solvers of the package, whose
-    cells are others: within the errors of the rows.
+    """Finite and elastic bearing under a load that turns by two solvers of the package: within
+    1e-4, since the edge of the film lies between their cells.
     """
     rows = {row.quantity: row for row in references("rotating_load")}
     bearing = cl.Bearing(0.025, 5e-5, 0.025, 0.02)
@@ -88,7 +89,7 @@ def test_other_films_are_within_the_errors():
     for name, film in films.items():
         for kind, value in zip(("ratio", "lead"), steady(film, 1000.0, 0.65, 0.72), strict=True):
             row = rows[f"{name}_{kind}"]
-            assert abs(value - row.value) <= SPREAD * row.error
+            assert abs(value - row.value) <= 1e-4
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -129,7 +130,7 @@ def test_the_maker_has_the_units_and_words_of_the_files(name):
     assert source(name).splitlines()[0].endswith(" ".join(code.__doc__.split()))
 
 
-@pytest.mark.parametrize("name", [*PROBLEMS, "multibody", "reynolds"])
+@pytest.mark.parametrize("name", [*PROBLEMS, "multibody", "reynolds", "free_edges"])
 def test_second_codes_share_nothing(name):
     """They import numpy, scipy, numba and each other."""
     text = (ROOT / f"tests/oracles/benchmark/{name}.py").read_text()

@@ -65,7 +65,7 @@ def rows(name: str) -> tuple[list[Row], str]:
             Row(quantity, unit(quantity, getattr(oracle, "UNITS", {})), value, upward(error))
         )
     for i, row in enumerate(items):  # those of a spline or of cells have one error a unit
-        if row.quantity.startswith(best or ("-",)) and row.error > 1e-8 * abs(row.value):
+        if row.quantity.startswith(best or ("-",)):
             beside = (
                 r.error for r in items if r.unit == row.unit and r.quantity[:6] == row.quantity[:6]
             )

@@ -1,12 +1,12 @@
-"""Problem 6 from its page alone: scipy's Radau and root finding for the short bearing, cells of
-second order and Richardson's extrapolation for the finite and the elastic one.
+"""Problem 6 from its page alone: scipy's Radau and root finding for the short bearing, polynomials
+between the unknown edges of the film for the finite and the elastic one.
 """
 
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from tests.oracles.benchmark.reynolds import Film
+from tests.oracles.benchmark.free_edges import Film
 
 MASS, RADIUS, CLEARANCE, VISCOSITY, SPEED, TURNING = 1.0, 0.025, 5e-5, 0.02, 100.0, -50.0
 SHORT, LONG, LIGHT, HEAVY, LAYER = 0.0125, 0.025, 200.0, 1000.0, 1e-12
@@ -65,28 +65,26 @@ def orbit(rtol):
     }
 
 
-def finite(cells, soft):
-    """Steady orbit of the finite bearing; an eighth of the cells over half the length."""
-    film = Film(cells, cells // 8, RADIUS / LONG, soft)
+def finite(degrees, soft):
+    """Steady orbit of the finite bearing, with polynomials of some degrees."""
+    film = Film(RADIUS / LONG, soft, *degrees)
     scale = VISCOSITY * LONG * RADIUS**3 / CLEARANCE**2
     w = SPEED - 2.0 * TURNING
-    return steady(lambda eps: np.multiply(scale, film.solve(eps, 0.0, w)), HEAVY, 0.65, 0.72)
+    return steady(lambda eps: scale * film.solve(eps, 0.0, w), HEAVY, 0.65, 0.72)
 
 
-def solve(rtol=1e-11, cells=512):
+def solve(rtol=1e-11, degrees=(40, 16, 8)):
     """Values by quantity."""
     scale, w = VISCOSITY * RADIUS * SHORT**3 / (2.0 * CLEARANCE**2), SPEED - 2.0 * TURNING
     values = orbit(rtol) if rtol else {}
     layer = LAYER * VISCOSITY * (RADIUS / CLEARANCE) ** 2 / CLEARANCE
     pairs = {"short_": steady(lambda eps: short(eps, 0.0, w, scale), LIGHT)}
-    for name, soft in (("finite_", 0.0), ("elastic_", layer)):
-        fine, coarse = finite(cells, soft), finite(cells // 2, soft)
-        pairs[name] = fine + (fine - coarse) / 3.0
+    pairs |= {"finite_": finite(degrees, 0.0), "elastic_": finite(degrees, layer)}
     for name, (eps, lead) in pairs.items():
         values |= {f"{name}ratio": eps, f"{name}lead": lead}
     return values
 
 
 def coarser():
-    """The same on fewer cells."""
-    return solve(0.0, 256)
+    """The same of lower degrees."""
+    return solve(0.0, (32, 14, 7))
