@@ -94,7 +94,8 @@ class Element(Described):
             if field.type in (Point, "Point"):
                 self._set(field.name, as_point(self.label(), value))
             if field.type in (Material, "Material") and isinstance(value, str):
-                self._set(field.name, Material.named(value))
+                material = Material.named(value, f"{self.label()}: no {field.name}")
+                self._set(field.name, material)
             elif field.type in (Material, "Material") and not isinstance(value, Material):
                 raise TypeError(f"{self.label()}: {field.name} must be a Material, got {value!r}")
         super()._check_fields()

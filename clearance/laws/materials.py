@@ -59,9 +59,9 @@ class Material(Record):
         return BEARING_MATERIALS
 
     @staticmethod
-    def named(name: str) -> "Material":
+    def named(name: str, refusal: str = "no material") -> "Material":
         """A material of the table. Raises ValueError for a name that is not there."""
-        known("no material", name, BEARING_MATERIALS)
+        known(refusal, name, BEARING_MATERIALS)
         return BEARING_MATERIALS[name].material
 
 

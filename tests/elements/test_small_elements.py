@@ -167,12 +167,17 @@ def test_a_pin_takes_its_stiffness_from_its_material():
     ],
 )
 def test_a_material_is_a_material(joint, sizes):
-    """A name in its place is refused at once, by field and value."""
-    law = cl.hertz(stiffness=1e8)
-    with pytest.raises(TypeError, match="joint S: material must be a Material, got 'steel'"):
-        joint(
-            cl.ground, cl.Body("block", 1.0, 1e-3), name="S", contact=law, material="steel", **sizes
-        )
+    """A name of the table may stand for it; anything else is refused by field and value."""
+
+    def of(material):
+        block, law = cl.Body("block", 1.0, 1e-3), cl.hertz(stiffness=1e8)
+        return joint(cl.ground, block, name="S", contact=law, material=material, **sizes)
+
+    assert of("bronze").material == cl.Material.named("bronze")
+    with pytest.raises(ValueError, match=r"joint S: no material 'stel' \(did you mean steel\?\)"):
+        of("stel")
+    with pytest.raises(TypeError, match="joint S: material must be a Material, got 3"):
+        of(3)
 
 
 def trammel(slot=cl.PinSlot, **more):
