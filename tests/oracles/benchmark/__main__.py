@@ -4,8 +4,9 @@
 A value is that of the package at `TIGHT`, or of the second method where that is nearer to the
 exact one (`BEST` of its module). The error is twice the largest difference from the package at its
 default tolerance and from the second method; where the second method is best, from its coarser
-answer. `MARGIN` of its module replaces the factor of two for some rows. No error is below `LEAST`
-of the value. Statistics have half their 95 % interval.
+answer. Rows that begin with `SHARED` have one error a unit. `MARGIN` of its module replaces the
+factor of two for some rows. No error is below `LEAST` of the value. Statistics have half their
+95 % interval.
 """
 
 import dataclasses
@@ -64,10 +65,11 @@ def rows(name: str) -> tuple[list[Row], str]:
         items.append(
             Row(quantity, unit(quantity, getattr(oracle, "UNITS", {})), value, upward(error))
         )
-    for i, row in enumerate(items):  # those of a spline or of cells have one error a unit
-        if row.quantity.startswith(best or ("-",)):
+    shared = getattr(oracle, "SHARED", ())
+    for i, row in enumerate(items):
+        if row.quantity.startswith(shared):
             beside = (
-                r.error for r in items if r.unit == row.unit and r.quantity[:6] == row.quantity[:6]
+                r.error for r in items if r.unit == row.unit and r.quantity.startswith(shared)
             )
             items[i] = dataclasses.replace(row, error=max(beside))
     return items, " ".join(oracle.__doc__.split())

@@ -16,6 +16,7 @@ from tests.oracles.benchmark.rotating_load import short
 MASS, RADIUS, CLEARANCE, LENGTH, VISCOSITY = 1.0, 31.75e-3, 35.56e-6, 25.4e-3, 4.16e-3
 CRANK, SPIN = 209.4395, 418.879
 BEST = "finite_", "elastic_"
+SHARED = ("finite_",)  # of one spline
 UNITS = {"angle": "deg"}
 PAGE = Path(__file__).parents[3] / "docs/benchmark/engine_load.md"
 LAYER = 2e-14  # m/Pa
