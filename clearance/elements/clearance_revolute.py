@@ -150,9 +150,8 @@ class ClearanceRevolute(ClearanceJoint):
         if self.contact is None and self.film is None:
             raise ValueError(f"{label}: a clearance joint needs a contact law, a film, or both")
         if self.friction is not None and self.contact is None and not self.rough_layer:
-            beside = self.film is not None and self.film.law.through_wall
-            needed = f"{'an asperity' if beside else 'a contact'} law to give the normal force"
-            raise ValueError(f"{label}: friction needs {needed}")
+            law = "an asperity" if self.through_wall else "a contact"
+            raise ValueError(f"{label}: friction needs {law} law to give the normal force")
         if self.film is not None:
             self._check_oil("length", "the bearing length")
         if self.heat is not None and (self.film is None or not isinstance(self.heat, HeatBalance)):
@@ -170,8 +169,8 @@ class ClearanceRevolute(ClearanceJoint):
 
             if not isinstance(node, ThermalNode):
                 raise ValueError(f"{label}: heat balance: to must be a ThermalNode, got {node!r}")
-        beside = self.film is not None and not self.film.law.through_wall
-        if beside and self.contact is not None and self.transition is None:
+        both = self.film is not None and self.contact is not None
+        if both and not self.through_wall and self.transition is None:
             raise ValueError(
                 f"{label}: film and contact together need a transition model, such as "
                 f"load_sharing()"
@@ -303,10 +302,14 @@ class ClearanceRevolute(ClearanceJoint):
         return self.wear_journal is not None or any(self.outline.parameters["journal"])
 
     @property
+    def through_wall(self) -> bool:
+        """True for a film that goes over into contact, on a layer."""
+        return self.film is not None and self.film.law.through_wall
+
+    @property
     def rough_layer(self) -> bool:
         """True where summits press back the layer that a film stands on."""
-        through = self.film is not None and self.film.law.through_wall
-        return through and self.asperity is not None
+        return self.through_wall and self.asperity is not None
 
     @property
     def ends_at_wall(self) -> bool:

@@ -93,12 +93,17 @@ class Element(Described):
             value = getattr(self, field.name)
             if field.type in (Point, "Point"):
                 self._set(field.name, as_point(self.label(), value))
-            if field.type in (Material, "Material") and isinstance(value, str):
-                material = Material.named(value, f"{self.label()}: no {field.name}")
-                self._set(field.name, material)
-            elif field.type in (Material, "Material") and not isinstance(value, Material):
-                raise TypeError(f"{self.label()}: {field.name} must be a Material, got {value!r}")
+            if field.type in (Material, "Material"):
+                self._set(field.name, self._material(field.name, value))
         super()._check_fields()
+
+    def _material(self, name: str, value: object) -> Material:
+        """A material, or that of a name. Raises ValueError or TypeError."""
+        if isinstance(value, str):
+            return Material.named(value, f"{self.label()}: no {name}")
+        if not isinstance(value, Material):
+            raise TypeError(f"{self.label()}: {name} must be a Material, got {value!r}")
+        return value
 
     def numbers(self) -> Iterator[Row]:
         for field in fields_of(type(self)):

@@ -65,6 +65,7 @@ class Joint(Element):
     roughness = None
     transition = asperity = elastic = heat = None
     outline = wear = wear_journal = None
+    through_wall = False  # whether its film goes over into contact
     rough_layer = False  # whether summits press back the layer that its film stands on
     arms: tuple[str, ...] = ()
 

@@ -52,7 +52,7 @@ def film_limits(joint: ClearanceRevolute) -> list[tuple[str, float, float, str]]
     """Limits of a joint's film: the name of an extreme, its sign, the limit, and words on what
     passes it.
     """
-    if joint.film.law.through_wall:
+    if joint.through_wall:
         motions = ("film_wedge_max", "C_w"), ("film_squeeze_max", "C_s")
         wide = [(name, 1.0, WIDEST, f"{number} {WIDE}") for name, number in motions]
         return [("film_least_min", -1.0, MOLECULE, THIN), *wide]
@@ -82,7 +82,7 @@ class Regime:
         """True or False by kind of place at which rigid, isoviscous, smooth theory is only formal;
         of many runs arrays.
         """
-        law, through = joint.transition and joint.transition.law, joint.film.law.through_wall
+        law, through = joint.transition and joint.transition.law, joint.through_wall
         rough = bool(joint.rough_layer or law and law.carries_roughness)
         lacking = bool(rough and law and law.needs_asperity and joint.asperity is None)
         rigid = joint.elastic is None and not through
@@ -101,7 +101,7 @@ class Regime:
             return []
         pressure = f"film pressure reaches about {self.film_pressure / 1e6:.3g} MPa"
         ratio, number = self.film_thickness_ratio, self.piezoviscous_number
-        without = "without deflection " if joint.film.law.through_wall else ""
+        without = "without deflection " if joint.through_wall else ""
         thin = f"the film thickness ratio falls to {ratio:.2g}; below"
         texts = {
             "smooth": f"{without}{thin} {FULL_FILM:g} asperities share the load and a smooth film "

@@ -57,7 +57,7 @@ def scene_warnings(mechanism: Mechanism) -> list[str]:
     """
     joints = mechanism.scene.joints
     doubts = [doubt for j in joints for doubt in j.doubts()]
-    for j in filter(_layered, joints):
+    for j in (j for j in joints if j.through_wall):
         if (wedge := _wedge(j, mechanism.frequency)) > WIDEST:
             doubts.append(f"{j.label()}: C_w {WIDE.format(wedge)}")
     return doubts + hole_warnings(mechanism)
@@ -91,7 +91,7 @@ def _joint(joint: Joint, frequency: float) -> dict:
     parts = {s: f"{v:.6g} m" if isinstance(v, float) else repr(v) for s, v in has.items()}
     if joint.elastic is not None:
         parts["elastic"] += f" ({_line_contact(joint, frequency)})"
-    if _layered(joint):
+    if joint.through_wall:
         parts["film"] += f" ({_on_layer(joint, frequency)})"
     return {"kind": type(joint).__name__, "reality": _surfaces(joint), **parts}
 
@@ -106,11 +106,6 @@ def _line_contact(joint: Joint, frequency: float) -> str:
     load = joint.length * stiff * radius * root
     numbers = f"the sum of speeds, L = {material:.2g} and M = 1 at {load:.3g} N"
     return f"half-spaces: at {speed:.2g} m/s, {numbers}"
-
-
-def _layered(joint: Joint) -> bool:
-    """True for a film on a layer, through the wall."""
-    return joint.film is not None and joint.film.law.through_wall
 
 
 def _wedge(joint: Joint, frequency: float) -> float:
