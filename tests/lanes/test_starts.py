@@ -50,8 +50,8 @@ def test_first_turns(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["contact", "friction", "feeder"])
 def test_means(name):
-    """Means over 1200 turns, without the first five: within four joint standard errors, which one
-    of fifty numbers exceeds in a run of a thousand.
+    """Means over 1200 turns, without the first five: within 5.5 joint standard errors, which one
+    of a hundred numbers exceeds in one run of some thousands, on any processor.
     """
     together, apart = ensemble(name), one_by_one(ensemble(name, seed=2))
     for runner in (together, apart):
@@ -59,7 +59,7 @@ def test_means(name):
     for label in apart.values:
         first, second = (mean(runner.values[label][:, 5:]) for runner in (together, apart))
         difference = abs(first.value - second.value)
-        assert difference <= 4.0 * np.hypot(first.error, second.error), label
+        assert difference <= 5.5 * np.hypot(first.error, second.error), label
 
 
 def test_company_and_pauses():
