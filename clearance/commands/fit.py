@@ -27,7 +27,7 @@ of the case, or of a number of the scene, such as bodies/slider/mass.
   clearance fit slider_crank -p model=lubricated -p clearance -p viscosity --plan --noise 1% \\
     --channels bodies/slider/ax,joints/C/force --turns 1,5           # before anybody measures
 
-The first row of a record has names with units: "time [ms], a [m/s2]", "crank_angle_deg, a_m_s2".
+The header of a record has names with units: "time [ms], a [m/s2]", "crank_angle_deg, a_m_s2".
 Of a record that has its own conditions: --data slow.csv,speed=300rpm. An interrupted fit goes on.
 """
 

@@ -1,11 +1,39 @@
-"""Rows of CSV files of measurements."""
+"""Rows of CSV files of measurements.
+
+The header is the first line of names with rows of numbers below, none of them longer. What an
+instrument writes above is passed over. Units may stand in a row of their own below. A header behind
+a # counts where there is no other. Semicolons, tabs or commas part cells: those of the longer
+table. Empty cells at the end of a line are none.
+"""
 
 import csv
+import math
+import re
+from collections.abc import Sequence
+from itertools import takewhile
 from typing import NamedTuple
+
+from clearance.values.units import UNITS, plain
+
+#: units of data beside those of the command line -> (SI unit, factor)
+MORE_UNITS = {
+    "g": ("m/s2", 9.80665),
+    **dict.fromkeys(("turns", "rev"), ("rad", 2.0 * math.pi)),
+    "deg/s2": ("rad/s2", math.pi / 180.0),
+    **{unit: (unit, 1.0) for unit in ("rad/s2", "m3/s", "m3", "A", "V")},
+}
+ALL_UNITS = UNITS | MORE_UNITS
+UNIT = re.compile(r"\s*[\[(]([^\[\]()]*)[\])]$")  # at the end of a name
+MARKS = ";\t,"  # between cells
+SEEN = 20  # lines below a header that show which it is
+NUMBERS = 2  # of a row there, at least
+DEEPEST = 1000  # lines among which a header is looked for
+
+Line = tuple[int, str]  # number and text
 
 
 class Rows(NamedTuple):
-    """Comments of a file, lines that begin with #; numbers and cells of its other lines."""
+    """Comments of a file, lines that begin with #; numbers and cells of header and rows."""
 
     comments: list[str]
     numbers: list[int]
@@ -13,32 +41,103 @@ class Rows(NamedTuple):
 
 
 def rows_of(text: str, fewest: int) -> Rows:
-    """The rows of a text. Commas, semicolons or tabs part cells: what its header has.
+    """Header and rows of a text, of as many cells each; names have their units in brackets.
 
-    Raises ValueError for fewer lines, and naming a line that has no end.
+    Raises ValueError for fewer lines, for no header, and naming a line that has no end or too many
+    cells.
     """
-    lines = text.splitlines()
-    if any("\0" in line for line in lines):
+    if "\0" in text:
         raise ValueError("not a text file: it has a NUL character")
-    comments = [line for line in lines if line.lstrip().startswith("#")]
-    content = [
-        (i, line)
-        for i, line in enumerate(lines, 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if len(content) < fewest:
+    lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip(MARKS + " ")]
+    comments = [(i, line) for i, line in lines if line.lstrip().startswith("#")]
+    content = [(i, line) for i, line in lines if not line.lstrip().startswith("#")]
+    above = [(i, line.lstrip(" #")) for i, line in comments if content and i < content[0][0]][-1:]
+    table, mark = _table(content) or _table(above + content) or (content, "")
+    mark = mark or next((m for m in MARKS if content and m in content[0][1]), MARKS[-1])
+    cells = _parsed(table, mark)
+    cells[:1] = [[UNIT.sub(r" [\1]", name.strip()) for name in row] for row in cells[:1]]
+    if len(cells) > 1 and _units(cells[1], cells[0]):
+        pairs = zip(cells[0], (c.strip("[]() ") for c in cells[1]), strict=False)
+        cells[0][: len(cells[1])] = [f"{name} [{unit}]" if unit else name for name, unit in pairs]
+        table, cells = table[:1] + table[2:], cells[:1] + cells[2:]
+    if len(cells) < fewest:
         raise ValueError(
-            f"no table: at least {fewest} lines are needed, a header and rows; got {len(content)}"
+            f"no table: at least {fewest} lines are needed, a header and rows; got {len(cells)}"
         )
-    numbers, texts = map(list, zip(*content, strict=True))
-    mark = next((m for m in ";\t" if m in texts[0]), ",")
-    reader, cells = csv.reader(texts, delimiter=mark), []
+    if not _names(cells[0]):
+        raise ValueError("no header: a line above the rows needs a name for each of their columns")
+    for (i, _), row in zip(table, cells, strict=True):
+        if (more := len(row) - len(cells[0])) > 0:
+            hint = "; decimal commas need semicolons or tabs between cells" * (mark == ",")
+            raise ValueError(f"line {i}: {len(row)} cells under a header of {len(cells[0])}{hint}")
+        row += [""] * -more
+    return Rows([line for _, line in comments], [i for i, _ in table], cells)
+
+
+def number(cell: str) -> float | None:
+    """The number of a cell, whose decimal comma is read where it does not part cells."""
+    try:
+        return float(cell.strip().replace(",", "."))
+    except ValueError:
+        return None
+
+
+def _table(lines: Sequence[Line]) -> tuple[Sequence[Line], str] | None:
+    """Lines from the header on, and what parts their cells; None where none is a header."""
+    most, table = 0, None
+    for mark in MARKS:
+        first = lines[: DEEPEST + SEEN]
+        rows = [_parsed([line], mark)[0] if mark in line[1] else [] for line in first]
+        for i in range(len(rows)):
+            if (count := _below(rows[i : i + SEEN + 1])) > most:
+                most, table = count, (lines[i:], mark)
+            if most == SEEN:
+                return table
+    return table
+
+
+def _below(rows: Sequence[list[str]]) -> int:
+    """Rows of numbers below the first one, if that is a header; units count as one."""
+    head, *below = rows
+    if not _names(head):
+        return 0
+    units = bool(below) and _units(below[0], head)
+    filled = takewhile(_numeric, below[units:])
+    count = sum(_numeric(row) >= NUMBERS and len(row) <= len(head) for row in filled)
+    return count and count + units
+
+
+def _names(row: Sequence[str]) -> bool:
+    """True for names of several columns."""
+    return len(row) >= NUMBERS and not _numeric(row)
+
+
+def _units(row: Sequence[str], head: Sequence[str]) -> bool:
+    """True for units of columns with names, most of which are there."""
+    units = [plain(cell.strip("[]() ")) for cell in row]
+    stated = sum(unit in ALL_UNITS for unit in units)
+    no_more = len(row) <= len(head) and not _numeric(row)
+    return bool(no_more and stated and 2 * (stated + units.count("-")) >= len(row))
+
+
+def _numeric(row: Sequence[str]) -> int:
+    """Number of cells that are numbers."""
+    return sum(number(cell) is not None for cell in row)
+
+
+def _parsed(lines: Sequence[Line], mark: str) -> list[list[str]]:
+    """Cells of lines. Raises ValueError naming a line that has no end."""
+    texts, cells = (text for _, text in lines), []
+    reader = csv.reader(texts, delimiter=mark, skipinitialspace=mark != "\t")
     try:
         for row in reader:
             if reader.line_num > len(cells) + 1:
                 raise csv.Error
+            while row and not row[-1].strip():
+                row.pop()
             cells.append(row)
     except csv.Error as error:
-        reason = "a quote is not closed" if '"' in texts[len(cells)] else error
-        raise ValueError(f"line {numbers[len(cells)]}: {reason}") from None
-    return Rows(comments, numbers, cells)
+        i, text = lines[len(cells)]
+        reason = "a quote is not closed" if '"' in text else error
+        raise ValueError(f"line {i}: {reason}") from None
+    return cells

@@ -1,7 +1,6 @@
 """Measured records: a column of a CSV file over time or over the angle of a drive."""
 
 import math
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -11,19 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from clearance.files.texts import unpacked_text
-from clearance.identify.csv_rows import rows_of
+from clearance.identify.csv_rows import ALL_UNITS, number, rows_of
 from clearance.values.checks import known, meant
-from clearance.values.units import UNITS, plain
+from clearance.values.units import behind, plain
 
-HEADING = re.compile(r"^\s*(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?\s*$")
-#: units of data beside those of the command line -> (SI unit, factor)
-MORE_UNITS = {
-    "g": ("m/s2", 9.80665),
-    **dict.fromkeys(("turns", "rev"), ("rad", 2.0 * math.pi)),
-    "deg/s2": ("rad/s2", math.pi / 180.0),
-    **{unit: (unit, 1.0) for unit in ("rad/s2", "m3/s", "m3", "A", "V")},
-}
-ALL_UNITS = UNITS | MORE_UNITS
 #: names of the column that a record runs along, and its SI unit
 ALONG = {"time": "s", "t": "s", "angle": "rad", "turns": "rad", "crank angle": "rad"}
 FEWEST = 4  # rows of a record
@@ -47,10 +37,9 @@ class Measured:
 def read(path: str | Path, column: str | None = None) -> Measured:
     """A record from a CSV file.
 
-    The first row has names with units, as "time [ms], a [m/s2]" or "time_ms, a_m_s2"; units may
-    stand in the second row. Commas, semicolons or tabs stand between cells; lines that begin with #
-    are passed over. One column is time, or the angle of the drive: that of such a name, else the
-    first one with a unit of them. Angles may begin anew after each turn. column: name of the
+    Its header has names with units, as "time [ms], a [m/s2]" or "time_ms, a_m_s2"; see
+    identify/csv_rows.py. One column is time, or the angle of the drive: that of such a name, else
+    the first one with a unit of them. Angles may begin anew after each turn. column: name of the
     values, where there are several. Units become SI ones. The file may be compressed by gzip.
     Raises ValueError, with file and line, for what is no such record.
     """
@@ -60,11 +49,6 @@ def read(path: str | Path, column: str | None = None) -> Measured:
         _, (line, *lines), (first, *rows) = rows_of(text, FEWEST + 1)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-    cells = list(zip(lines, rows, strict=True))
-    second = cells[0][1]
-    if len(second) == len(first) and all(_number(cell) is None for cell in second):
-        pairs, cells = zip(first, second, strict=True), cells[1:]
-        first = [f"{name} [{unit.strip('[] ')}]" for name, unit in pairs]
     heads = [Heading.of(cell) for cell in first]
     names = [head.name for head in heads]
     places = [i for i, head in enumerate(heads) if head.runs and head.name != column]
@@ -76,28 +60,27 @@ def read(path: str | Path, column: str | None = None) -> Measured:
     x_at = next((i for i in places if heads[i].along), places[0])
     y_at = _column(path, heads, x_at, column)
     (kind, factor), (units, size) = (heads[i].si(f"{path}:{line}") for i in (x_at, y_at))
-    x, values = _numbers(path, cells, (x_at, y_at)).T
+    x, values = (_numbers(path, names[i], lines, [row[i] for row in rows]) for i in (x_at, y_at))
     along = "angle" if "rad" in (kind, heads[x_at].along) else "time"
+    check_varies(f"{path}: column {names[x_at]}", x, heads[x_at].unit)
     x = x * factor / (2.0 * math.pi if along == "angle" else 1.0)
     if along == "angle":
         x = x + np.append(0.0, np.cumsum(np.diff(x) < -0.5))
     if not (np.diff(x) > 0.0).all():
         row = int(np.argmax(np.diff(x) <= 0.0)) + 1
-        raise ValueError(f"{path}:{cells[row][0]}: {names[x_at]} must grow from row to row")
+        raise ValueError(f"{path}:{lines[row]}: {names[x_at]} must grow from row to row")
     return Measured(path, names[y_at], units, along, x, values * size)
+
+
+def check_varies(label: str, values: np.ndarray, units: str) -> None:
+    """Raise ValueError for values that are all the same, as those of a dead sensor."""
+    if not np.ptp(values):
+        raise ValueError(f"{label}: {values[0]:g}{behind(units)} in all rows; nothing measured?")
 
 
 def parts_of(lengths: Iterable[int]) -> list[slice]:
     """Stretches of values of these lengths, one after the other."""
     return [slice(a, b) for a, b in pairwise(np.cumsum([0, *lengths]).tolist())]
-
-
-def _number(cell: str) -> float | None:
-    """The number of a cell, whose decimal comma is read where it does not part cells."""
-    try:
-        return float(cell.strip().replace(",", "."))
-    except ValueError:
-        return None
 
 
 class Heading(NamedTuple):
@@ -111,8 +94,8 @@ class Heading(NamedTuple):
 
     @classmethod
     def of(cls, cell: str) -> "Heading":
-        name, *units = HEADING.match(cell).groups()
-        unit = next((plain(u) for u in units if u is not None), "")
+        name, _, unit = cell[:-1].rpartition(" [") if cell.endswith("]") else (cell, "", "")
+        unit = plain(unit)
         parts = name.split("_")
         for first in range(max(len(parts) - 3, 1), len(parts)):
             for mark in ("/", ""):
@@ -156,14 +139,13 @@ def _column(path: Path, heads: list[Heading], x_at: int, column: str | None) -> 
     return others[0]
 
 
-def _numbers(path: Path, rows: list[tuple[int, list[str]]], places: Sequence[int]) -> np.ndarray:
-    """Columns at places as numbers, (rows, columns)."""
-    values = np.empty((len(rows), len(places)))
-    for row, (line, cells) in zip(values, rows, strict=True):
-        numbers = [_number(cells[i]) if i < len(cells) else None for i in places]
-        if None in numbers:
-            raise ValueError(f"{path}:{line}: expected {len(places)} numbers, got {cells}")
-        row[:] = numbers
-        if not np.isfinite(row).all():
-            raise ValueError(f"{path}:{line}: expected finite numbers, got {cells}")
+def _numbers(path: Path, name: str, lines: Sequence[int], cells: Sequence[str]) -> np.ndarray:
+    """A column as numbers (rows,). Raises ValueError."""
+    values = np.array([number(cell) for cell in cells], float)  # None is nan
+    bad = ~np.isfinite(values)
+    if bad.all():
+        raise ValueError(f"{path}: column {name} has no number in any row")
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise ValueError(f"{path}:{lines[row]}: column {name}: {cells[row]!r} is no finite number")
     return values

@@ -18,8 +18,8 @@ whose `units` state ms, deg/s, N mm or kN m is converted.
 
 CSV: one line a sample, headed by the same names, and `trial` (else the entire file is one trial),
 `role` (else training), `kind`, `axis`. Other units are taken only where the name has them: time_ms,
-rate_z_deg_s, torque_z_N_mm. The cells of a torque that a trial did not measure stay empty. Commas,
-semicolons or tabs part cells, numbers have decimal points. Lines "# name = value" and "#
+rate_z_deg_s, torque_z_N_mm. The cells of a torque that a trial did not measure stay empty. For
+what parts cells and stands above the header see identify/csv_rows.py. Lines "# name = value" and "#
 trial.name = value" above the header are facts. Columns of other names are left aside.
 
 A model of one's own may predict any columns (`read(..., predicts={"x": "m"})`). These are HDF5
@@ -40,7 +40,7 @@ import numpy as np
 
 from clearance.files.locks import replacing
 from clearance.files.texts import unpacked_text
-from clearance.identify.csv_rows import rows_of
+from clearance.identify.csv_rows import number, rows_of
 from clearance.identify.trials import (
     AXES,
     COLUMNS,
@@ -59,7 +59,8 @@ from clearance.identify.trials import (
 from clearance.results.reading import Damaged, Reader, open_checked
 from clearance.results.tables import provenance, save_tables
 from clearance.values.checks import known
-from clearance.values.units import UNITS as KNOWN_UNITS
+from clearance.values.units import UNITS
+from clearance.values.units import plain as simple
 
 FORMAT = "clearance-measurement"
 FORMAT_VERSION = 1
@@ -169,7 +170,7 @@ def _si(units: str) -> tuple[str, float]:
     """The SI unit of a unit, and what a number in it is multiplied by; a unit that is not known
     stays.
     """
-    kind, factor = KNOWN_UNITS.get(units.replace(" ", ""), (units, 1.0))
+    kind, factor = UNITS.get(simple(units), (units, 1.0))
     return kind, factor
 
 
@@ -220,11 +221,10 @@ def _csv(
 ) -> tuple[list[Raw], dict]:
     """Trials and facts of a CSV file."""
     comments, (_, *lines), (header, *cells) = rows_of(unpacked_text(path), 2)
-    names = _renamed([n.strip() for n in header], renamed)
+    ours = {n.partition(" [")[0]: n for n in header if n.endswith("]") and not predicts}
+    ours = {n: heading for n, heading in ours.items() if n in COLUMNS and n not in renamed}
+    names = _renamed(header, {**renamed, **ours})
     columns = _csv_series(names) if predicts else _csv_columns(names)
-    for line, row in zip(lines, cells, strict=True):
-        if len(row) != len(names):
-            raise ValueError(f"line {line}: {len(row)} cells under a header of {len(names)}")
     table = dict(zip(names, zip(*cells, strict=True), strict=True))
     facts, by_trial = _csv_facts(comments)
     unused = [n for n in names if n not in columns and n not in ("trial", *LABELS)]
@@ -248,8 +248,8 @@ def _renamed(names: list[str], wanted: Mapping[str, str]) -> list[str]:
         if heading not in there:
             raise ValueError(f"columns: no column {heading!r}; there are {', '.join(names)}")
         at = there.index(heading)
-        unit = names[at].partition("[")[2].rstrip("] ").replace(" ", "")
-        units = {u.replace(" ", ""): u for u in ("", *COLUMNS[ours][1])}
+        unit = simple(names[at].partition("[")[2].rstrip("] "))
+        units = {simple(u): u for u in ("", *COLUMNS[ours][1])}
         if unit not in units:
             raise ValueError(f"columns: {names[at]} must be in {' or '.join(COLUMNS[ours][1])}")
         names[at] = spelled(ours, units[unit])
@@ -361,18 +361,12 @@ def _csv_trial(
 
 def _numbers(trial: str, column: str, texts, lines: Sequence[int]) -> np.ndarray:
     """Cells of a column as numbers. Raises ValueError naming the first that is none."""
-    try:
-        return np.array(texts, dtype=float)
-    except ValueError:
-        for text, line in zip(texts, lines, strict=True):
-            try:
-                float(text)
-            except ValueError:
-                reason = "is empty" if not text.strip() else f"{text!r} is not a number"
-                raise ValueError(
-                    f"trial {trial!r}, line {line}, column {column}: {reason}"
-                ) from None
-        raise
+    values = [number(text) for text in texts]
+    if None in values:
+        text, line = texts[values.index(None)], lines[values.index(None)]
+        reason = "is empty" if not text.strip() else f"{text!r} is not a number"
+        raise ValueError(f"trial {trial!r}, line {line}, column {column}: {reason}")
+    return np.array(values)
 
 
 # --- writing

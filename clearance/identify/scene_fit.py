@@ -174,8 +174,9 @@ class Problem(Varying):
                 columns[key] = len(self.free) + len(columns)
                 self.nuisances.append((i, name))
             self.column[i, name] = columns[key]
-        if self.size < len(self.names):
-            raise ValueError(f"fit: {self.size} values do not determine {len(self.names)} numbers")
+        if self.size < len(self.names) + (not self.stated):
+            numbers = f"{len(self.names)} numbers{' and their noise' * (not self.stated)}"
+            raise ValueError(f"fit: {self.size} values do not determine {numbers}")
         self._last: tuple[np.ndarray, list, dict] | None = None  # a point, its runs and slopes
         self.reason = ""
         self.remarks: list[str] = []  # about the stretch that is fitted

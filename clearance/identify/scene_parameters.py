@@ -12,7 +12,7 @@ import numpy as np
 from clearance.files.locks import locked
 from clearance.files.texts import listed
 from clearance.identify.free import Bounds, Journal, bounded, saved
-from clearance.identify.measured import Measured, read
+from clearance.identify.measured import Measured, check_varies, read
 from clearance.identify.run_errors import refined, weighted
 from clearance.identify.scene_fit import (
     MOUNTING,
@@ -321,6 +321,8 @@ def _curves(scene: Scene, data, channels, noise, settle, nuisances, lowpass) -> 
             if not isinstance(source, Measured):
                 record = read(source, column if equals else None)
             path, wanted = path.strip(), _nuisances(nuisances, record, scene)
+            label = f"{record.path.name}, {record.column} of {path}"
+            check_varies(label, record.values, record.units)
             if SHIFT in wanted and scene.turn and settle != 0.0 and record.along == "time":
                 record = replace(record, x=record.x - record.x[0])
             if not path.endswith(("x", "y")):

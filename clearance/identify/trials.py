@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from clearance.identify.measured import check_varies
 from clearance.values.checks import identifier, one_of
 
 AXES = "xyz"
@@ -332,11 +333,8 @@ def check_units(measurement: Measurement, rows: Mapping[str, Where] | None = Non
                     f"{where}: it turns through {swept:.4g} rad, more than {widest:.4g} rad; "
                     f"{hint}{TRUST}"
                 )
-            if trial.measured[i] and rate.any() and not np.ptp(trial.torque[:, i]):
-                raise ValueError(
-                    f"{prefix}, column torque_{axis}: {trial.torque[0, i]:g} N m in all rows; "
-                    f"nothing measured?"
-                )
+            if trial.measured[i] and rate.any():
+                check_varies(f"{prefix}, column torque_{axis}", trial.torque[:, i], "N m")
     peaks = [abs(t.torque).max() for t in measurement.trials]
     trial, peak = measurement.trials[int(np.argmax(peaks))], max(peaks)
     if not TORQUES[0] <= peak <= TORQUES[1]:

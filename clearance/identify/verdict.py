@@ -177,8 +177,9 @@ class Judge:
         groups = [[*compress(wide, row)] for row in np.abs(seen.T @ seen) > TOGETHER]
         groups += [[*p] for p in combinations(wide, 2) if abs(self.correlated[p]) > TOGETHER]
         for group in groups:
-            if len(group) > 1 and not hidden.issuperset(group):
-                lines.append(self._product(_alone(slopes, group), group))
+            new = len(group) > 1 and not hidden.issuperset(group)
+            if new and (line := self._product(_alone(slopes, group), group)):
+                lines.append(line)
                 hidden |= {*group}
         return lines, hidden
 
@@ -190,17 +191,22 @@ class Judge:
         return free.size * wide > WIDE * abs(free.value(x))
 
     def _product(self, columns: np.ndarray, group: Sequence[int]) -> str:
-        """The product of parameters with these columns, in words."""
+        """The product of parameters with these columns, in words; "" where the records allow all
+        that their bounds do.
+        """
         order = np.argsort(np.linalg.norm(columns, axis=0))
         free, columns = [self.problem.free[group[k]] for k in order], columns[:, order]
-        norm = float(np.linalg.norm(columns[:, 0]))
+        norm = max(float(np.linalg.norm(columns[:, 0])), 1e-150)
         powers = np.array([float(f"{n:.3g}") for n in columns[:, 0] @ columns / norm**2])
         total = float(powers @ self.best.x[group][order])
         half = self.quantile * math.sqrt(self.variance) / norm
+        low, high = np.sort(powers * self.problem.bounds[:, group][:, order], axis=0).sum(axis=1)
+        if total - half < low and total + half > high:
+            return ""
         if all(p.positive for p in free):
             terms = (f"{p.name}^{n:g}" for p, n in zip(free, powers, strict=True))
             enter = " * ".join(term.removesuffix("^1") for term in terms)
-            size = f"{math.exp(total):.4g} within a factor of {math.exp(min(half, LARGE)):.4g}"
+            size = f"{math.exp(total):.4g} within a factor of {math.exp(half):.4g}"
         else:
             terms = (f"{n:+g} {p.name}" for p, n in zip(free, powers, strict=True))
             enter = " ".join(terms).removeprefix("+1 ")
@@ -354,11 +360,13 @@ def _doubts(
     """Sentences that a reader must see."""
     low, high = problem.bounds
     edges = np.minimum(best.x - low, high - best.x) < EDGE * (high - low)
+    pairs = zip(intervals, problem.free, strict=True)
+    unseen = [i.name for i, p in pairs if max(i.low - p.low, p.high - i.high) < EDGE * p.size]
     for name in compress(problem.names, edges):
-        yield f"{name} ends at a bound: its interval is that inside of the bounds"
-    for i, free in zip(intervals, problem.free, strict=True):
-        if max(i.low - free.low, free.high - i.high) < EDGE * free.size:
-            yield f"the records do not determine {i.name} between its bounds"
+        if name not in unseen:
+            yield f"{name} ends at a bound: its interval is that inside of the bounds"
+    for name in unseen:
+        yield f"the records do not determine {name} between its bounds"
     if error.shift > SHARE:
         wider = math.hypot(1.0, error.shift)
         yield f"the error of the runs makes all intervals wider, by a factor of {wider:.2g}"

@@ -234,7 +234,11 @@ def test_csv_of_several_trials_whose_torques_are_not_the_same(tmp_path):
             lambda r: [*r[:10], "0.009,fast,1.0", *r[11:]],
             "line 11, column rate_z: 'fast' is not a number",
         ),
-        (lambda r: [*r[:10], "0.009,0.1", *r[11:]], "line 11: 2 cells under a header of 3"),
+        (lambda r: [*r[:10], "0.009,0.1", *r[11:]], "line 11, column torque_z: is empty"),
+        (
+            lambda r: [*r[:10], "0.009,0.1,1.0,2.0", *r[11:]],
+            "line 11: 4 cells under a header of 3; decimal commas need semicolons or tabs",
+        ),
         (
             lambda r: [*r[:10], *r[11:]],
             "line 11, column time: 0.002 s after the row before, others 0.001 s",

@@ -814,6 +814,81 @@ def test_what_the_records_do_not_see_is_stated():
     assert len(actual.verdict.doubts) == 1
 
 
+def faint(first=1.0, second=1.0, strength=0.0, stiffness=1.0):
+    """An oscillator with a spring beside its own, whose stiffness is a product times a strength."""
+    return oscillator(stiffness + strength * first**2 * second)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_product_that_the_records_do_not_see_is_no_product(seed):
+    """It moves the stiffness by 1e-12 to 1e-7 of it: both parameters are not determined between
+    their bounds. Beside a strength of 0.1 to 1 the product is stated with its interval.
+    """
+    random = np.random.default_rng(seed)
+    strength = 10.0 ** random.uniform(*((-12.0, -7.0) if seed % 2 else (-1.0, 0.0)))
+    data = record(TIMES, exact(TIMES, 1.0 + strength) + random.normal(0.0, 0.01, TIMES.size))
+    scene = cl.load_case(faint, strength=strength)
+    bounds = dict.fromkeys(("first", "second"), (0.2, 5.0))
+    judged = fit(scene, data, bounds, "bodies/block/x", noise=0.01, starts=1).verdict
+    if seed % 2:
+        assert judged.products == []
+        assert judged.doubts == [
+            f"the records do not determine {name} between its bounds" for name in bounds
+        ]
+    else:
+        (line,) = judged.products
+        assert "they enter as second * first^2, 1" in line or "second * first^2, 0.9" in line
+        assert judged.doubts == []
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_fewer_values_than_unknowns_are_refused(seed):
+    """Values of one to three records beside parameters, nuisances and, where it is not stated, the
+    noise: one too few are refused with both numbers, as many are fitted.
+    """
+    random = np.random.default_rng(seed)
+    count, noise = int(random.integers(1, 4)), (0.02, None)[seed % 2]
+    names = [n for n in ("shift", "offset", "gain") if random.integers(2)]
+    bounds = {n: FREE[n] for n in [*FREE][: random.integers(1, 3)]}
+    unknown = len(bounds) + count * len(names)
+    least = unknown + (noise is None)
+
+    def call(values):
+        parts = np.array_split(TIMES[:values], count)
+        data = [record(times, exact(times)) for times in parts]
+        curves = [Curve(d, "bodies/block/x", noise, tuple(names)) for d in data]
+        return Problem(oscillator(), [Free(n, *b) for n, b in bounds.items()], curves)
+
+    text = f"{least - 1} values do not determine {unknown} numbers"
+    text += " and their noise" * (noise is None)
+    if least > count:
+        with pytest.raises(ValueError, match=f"fit: {text}$"):
+            call(least - 1)
+    assert call(max(least, 2 * count)).size >= least
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_dead_sensor_is_named(tmp_path, seed):
+    """One of several channels of one of several files has the same number in all rows: file, column
+    and channel are named before anything runs.
+    """
+    random = np.random.default_rng(seed)
+    columns = {"bodies/block/x": "x", "bodies/block/vx": "v", "bodies/block/ax": "a"}
+    files, dead = [], (int(random.integers(3)), str(random.choice([*columns])))
+    for i in range(3):
+        rows = {n: random.normal(size=9) for n in columns}
+        if i == dead[0]:
+            rows[dead[1]][:] = random.choice([0.0, 4.5])
+        lines = (",".join(map(repr, map(float, row))) for row in zip(*rows.values(), strict=True))
+        files.append(tmp_path / f"{i}.csv")
+        table = [f"{0.1 * k:.1f},{line}" for k, line in enumerate(lines)]
+        files[-1].write_text("\n".join(["time [s],x [m],v [m/s],a [m/s2]", *table]))
+    channels = [f"{n}={c}" for n, c in columns.items()]
+    about = f"{dead[0]}.csv, {columns[dead[1]]} of {dead[1]}: .* in all rows; nothing measured"
+    with pytest.raises(ValueError, match=about):
+        fit(oscillator(), files, FREE, channels)
+
+
 def test_runs_have_no_more_samples_than_they_need():
     """A record of 50 kHz at 300 rpm, and one with a burst, have as many as one of 720 a turn."""
     scene = cl.load_case("six_bar_feeder")
