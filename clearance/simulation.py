@@ -54,12 +54,14 @@ SHORT = 1_000_000  # largest count of numbers of a run that is held in memory un
 
 class SimulationError(RuntimeError):
     """A run failed part-way. `result` holds what had been computed; None where no file of it could
-    be stored.
+    be stored. Its warnings are notes of the error.
     """
 
     def __init__(self, message: str, result: Result | None):
         super().__init__(message)
         self.result = result
+        for warning in getattr(result, "warnings", ()):
+            self.add_note(f"warning: {warning}")
 
 
 class NotReached(SimulationError):

@@ -22,10 +22,13 @@ NAMES = rf"(?P<author>{NAME}(?:, {NAME})* and {NAME}|{NAME}(?: et al\.)?)"
 ARTICLE = re.compile(
     NAMES + r", (?P<journal>[^(]*?) (?P<volume>\d+) \((?P<year>\d{4})\)(?: (?P<pages>\d+))?"
 )
-BOOK = re.compile(NAMES + r",? (?P<title>[A-Z][^()]*?),? ?\((?P<year>\d{4})\)")
+#: authors, a title where there is one, and the year
+BOOK = re.compile(
+    NAMES + r"(?:, (?P<title>[A-Z][^(),]*[^(), ]))?(?=,| \().*?\b(?P<year>1[89]\d{2}|20\d{2})\b"
+)
 YEAR = re.compile(r"\b(1[89]\d{2}|20\d{2})\b")
-#: words before the authors, as "see"
-BEFORE = re.compile(r"^(?:[a-z][\w-]* )+")
+#: words before the authors, as "see" and "teeth:"
+BEFORE = re.compile(r"^(?:[a-z][\w-]*[:,]? )+")
 
 
 def citations(run: Record) -> str:

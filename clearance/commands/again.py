@@ -3,6 +3,8 @@
 import math
 from pathlib import Path
 
+from clearance.commands.common import of_command
+
 #: options that come from the file
 OF_THE_FILE = (
     "parameters turns until rtol error method max_step samples_per_turn channels pressure_fields "
@@ -30,7 +32,7 @@ def scene_of(options):
     if (held := Path(options.case) / "run.h5").is_file():  # in the folder of a fit
         options.case = str(held)
     scene, options.of_file = again(options.case)
-    scene.origin["command"] = getattr(options, "line", "")
+    of_command(scene, options)
     options.rtol, options.settle = options.of_file["rtol"], options.of_file.get("settle")
     values = dict(scene.parameters)
     parameters = {n: Parameter(n, type(v), v, "?", "") for n, v in values.items()}

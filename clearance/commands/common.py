@@ -19,6 +19,7 @@ from clearance.values import checks
 from clearance.values.spelling import taken as taken
 
 DONE, FAILED, WRONG = 0, 1, 2
+WARNED = "  warning      {}"
 GOES_ON = "the same command goes on where this stopped"
 #: names of options in the code, where they are others
 DESTINATIONS = {"-o": "output", "-p": "parameters", "--from": "start"}
@@ -185,9 +186,18 @@ def parameter_lines(case, values: dict, scene) -> list[str]:
     default = [f"{n} {text(n, p.default, p.units)}" for n, p in rows if n not in values | without]
     vain = [f"{n} ({without[n]})" for n in case.parameters if n in values and n in without]
     parts = ("given", chosen), ("no effect", vain), ("default", default)
-    texts = [f"  {t:<12} {', '.join(v)}" for t, v in parts if v]
-    style = {"width": 110, "subsequent_indent": " " * 15, "break_on_hyphens": False}
-    return [line for text in texts for line in textwrap.wrap(text, **style)]
+    return [f"  {t:<12} {', '.join(v)}" for t, v in parts if v]
+
+
+def folded(lines: Iterable[str], head: int = 15) -> Iterator[str]:
+    """Lines of at most 100 letters, which end behind a comma where they can; head: letters before
+    the text of each.
+    """
+    style = {"break_on_hyphens": False, "break_long_words": False}
+    for line in lines:
+        parts = (p if len(p) > 60 else p.replace(" ", "\0") for p in line.split(", "))
+        below = textwrap.wrap(", ".join(parts), 100, subsequent_indent=" " * head, **style)
+        yield from (text.replace("\0", " ") for text in below)
 
 
 def length_of(options, case, scene) -> dict[str, float | None]:
@@ -217,12 +227,19 @@ def _finite(value):
 
 
 def complain(options, message: str, status: int, **more) -> int:
-    """One line on stderr, and under --json a document on stdout; returns the exit status."""
+    """One line on stderr, and under --json a document on stdout; returns the exit status.
+
+    Below the line of what failed stand its warnings, by default those of the scene.
+    """
     line = shortened(" ".join(message.split()))
+    lines = [f"clearance: {line}"]
+    if status == FAILED and hasattr(options, "scene"):
+        more = {"warnings": options.scene.doubts} | more
+        lines += map(WARNED.format, more["warnings"])
     if options.json:
         state = "failed" if status == FAILED else "wrong input"
         print(json_text({"status": state, "message": line, **more}))
-    print(f"clearance: {line}", file=sys.stderr)
+    print("\n".join(lines), file=sys.stderr)
     return status
 
 
@@ -259,8 +276,14 @@ def scene_of(options):
     with quiet(options):
         values = case.read(texts_of(options, case.parameters))
         scene = case.scene(**values)
+    return case, values, of_command(scene, options)
+
+
+def of_command(scene, options):
+    """The scene, which remembers its command, and is remembered."""
     scene.origin["command"] = getattr(options, "line", "")
-    return case, values, scene
+    options.scene = scene
+    return scene
 
 
 def channel_patterns(text: str | None) -> list[str] | None:

@@ -1,9 +1,8 @@
 """`clearance explain`: what a compiled scene contains, and what was left out."""
 
-import textwrap
-
 from clearance.commands.common import (
     case_options,
+    folded,
     log_to_terminal,
     progress_of,
     scene_of,
@@ -42,17 +41,8 @@ def run(options) -> int:
         f"  modules    {len(report['modules'])} imported; --json has their names",
         f"  sweeps     {way}",
         f"  export     {f'impossible: {reasons}' if reasons else 'as C source and as FMU'}",
-        _listed("left out", report["left_out"]),
+        f"  left out   {', '.join(report['left_out'])}",
         f"  store      {report['store']}",
         *(f"  warning    {warning}" for warning in report["warnings"]),
-        "",
-        *ablation.table(parts),
     ]
-    return show(options, report, lines)
-
-
-def _listed(head: str, items: list[str]) -> str:
-    """A line of items, in lines below one another."""
-    return textwrap.fill(
-        f"  {head:<10} {', '.join(items)}", 110, subsequent_indent=13 * " ", break_long_words=False
-    )
+    return show(options, report, [*folded(lines, 13), "", *ablation.table(parts)])

@@ -1,6 +1,6 @@
 """Free parameters of a command line: -p NAME=LOW:HIGH beside -p NAME=VALUE."""
 
-from clearance.commands.common import case_of
+from clearance.commands.common import case_of, of_command
 from clearance.values import checks
 from clearance.values.units import quantity
 
@@ -26,8 +26,7 @@ def bounded_scene(options) -> tuple:
     if numbers:
         units = {n: varied(scene, n, 1.0).units for n in numbers}
         scene = scene.replaced({n: quantity(t, units[n]) for n, t in numbers.items()})
-    scene.origin["command"] = getattr(options, "line", "")
-    return scene, bounds
+    return of_command(scene, options), bounds
 
 
 def is_range(text: str) -> bool:

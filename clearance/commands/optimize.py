@@ -16,7 +16,7 @@ from clearance.commands.common import (
     taken,
 )
 from clearance.commands.free import bounded_scene, check_bounds
-from clearance.values.units import shown
+from clearance.values.units import behind, shown
 
 EXAMPLES = """\
 -p NAME=LOW:HIGH is searched for between these bounds, -p NAME=VALUE holds. A name is that of a
@@ -109,7 +109,8 @@ def lines(result, document: dict) -> list[str]:
         error = "" if row["error"] is None else f" +- {row['error']:.1e}"
         share, of = row.get("kept"), d["share"]
         share = f"; {share['value']:.1%} of machines keep it, margin for {of:.1%}" if share else ""
-        text.append(f"  {row['limit']}: {row['value']:.6g}{error}{share}")
+        unit = behind(d["metrics"][row["limit"].split()[0]]["units"])
+        text.append(f"  {row['limit']}{unit}: {row['value']:.6g}{error}{unit}{share}")
     text += [f"  {line}" for line in d["words"]]
     for row in d["optima"][1:]:
         text.append(f"  another optimum: {_design(row, units)}")

@@ -2,6 +2,7 @@
 
 import json
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
 from clearance.commands import again, chaos, sensitivities, steady
@@ -17,9 +18,11 @@ from clearance.commands.common import (
     FAILED,
     FORCE,
     LENGTH,
+    WARNED,
     case_options,
     channel_patterns,
     complain,
+    folded,
     length_of,
     log_to_terminal,
     noted,
@@ -116,6 +119,7 @@ def run(options) -> int:
     if failure is not None:
         if result.complete and not options.json:
             print("\n".join(_readable(summary, lines)))
+            summary["warnings"] = []
         summary.pop("status")
         return complain(options, failure, FAILED, **summary)
     return show(options, summary, _readable(summary, lines))
@@ -228,7 +232,7 @@ def _assumed(estimates: list[dict]) -> list[str]:
     return lines
 
 
-def _readable(summary: dict, parameters: list[str]) -> list[str]:
+def _readable(summary: dict, parameters: list[str]) -> Iterable[str]:
     s = summary
     lines = [
         f"{s['case']}: {s['simulated_s']:.6g} s simulated in {s['integration_s']:.3g} s "
@@ -257,11 +261,12 @@ def _readable(summary: dict, parameters: list[str]) -> list[str]:
             for n, m in s["statistics"].items()
         ]
     lines += chaos.lines(s) + sensitivities.lines(s)
-    lines += [f"  warning      {w}" for w in s["warnings"]]
+    lines += map(WARNED.format, s["warnings"])
     lines += [f"  again        {s['again']['sentence']}"] if "again" in s else []
     replaced = " (it replaced an earlier one)" if s["replaced"] else ""
     lines.append(f"  file         {s['file']}{replaced}")
-    return lines + [f"  picture      {s[n]}" for n in ("plot", "statistics_plot") if n in s]
+    lines += [f"  picture      {s[n]}" for n in ("plot", "statistics_plot") if n in s]
+    return folded(lines)
 
 
 def _settled_lines(s: dict) -> list[str]:

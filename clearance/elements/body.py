@@ -97,7 +97,7 @@ class Body(Described):
         points: Mapping[str, float],
         section: float | tuple[float, float],
         *,
-        material: Material = steel,
+        material: Material | str = steel,
         length: float | None = None,
         **more,
     ) -> "Body":
@@ -127,7 +127,7 @@ class Body(Described):
             radius = sizes[1] / math.sqrt(12.0)
         else:
             raise ValueError(f"{label}: section must be a diameter, or width and height")
-        mass = material.density * area * length
+        mass = Material.of(label, "material", material).density * area * length
         places = {n: (x, 0.0) for n, x in points.items()}
         more = {"com": (0.5 * (first + last), 0.0), "points": places} | more
         return cls(name, mass, mass * (length**2 / 12.0 + radius**2), **more)
@@ -140,7 +140,7 @@ class Body(Described):
         thickness: float,
         *,
         holes: Sequence[tuple[float, float, float]] = (),
-        material: Material = steel,
+        material: Material | str = steel,
         **more,
     ) -> "Body":
         """A flat plate with the mass properties of its outline.
@@ -157,14 +157,17 @@ class Body(Described):
         corners = [PLACE.checked(f"{label}: outline", xy) for xy in outline]
         pieces = [_polygon(corners)]
         for hole in holes:
-            x, y, r = (number_of(f"{label}: hole", v) for v in hole)
+            try:
+                x, y, r = (number_of(f"{label}: hole", v) for v in hole)
+            except (TypeError, ValueError):
+                raise ValueError(f"{label}: a hole is (x, y, radius) [m], got {hole!r}") from None
             area = -math.pi * checks.positive(f"{label}: radius of a hole", r) ** 2
             pieces.append((area, area * x, area * y, area * (x * x + y * y + 0.5 * r * r)))
         area, by_x, by_y, polar = map(sum, zip(*pieces, strict=True))
         if not area > 0.0:
             raise ValueError(f"{label}: outline and holes leave an area of {area:g} m2")
         x, y = by_x / area, by_y / area
-        heavy = material.density * thickness
+        heavy = Material.of(label, "material", material).density * thickness
         more = {"com": (x, y)} | more
         return cls(name, heavy * area, heavy * (polar - area * (x * x + y * y)), **more)
 

@@ -86,6 +86,10 @@ class Element(Described):
         """Other elements that must stand in the scene with it, by what they are to it."""
         return {}
 
+    def doubts_at_start(self, drives: Iterable) -> list[str]:
+        """Warnings about the start of the scene, which drives decide, too."""
+        return []
+
     # --- fields
     def _check_fields(self) -> None:
         """Check all points, materials, numbers and laws, as their fields declare them."""
@@ -94,16 +98,8 @@ class Element(Described):
             if field.type in (Point, "Point"):
                 self._set(field.name, as_point(self.label(), value))
             if field.type in (Material, "Material"):
-                self._set(field.name, self._material(field.name, value))
+                self._set(field.name, Material.of(self.label(), field.name, value))
         super()._check_fields()
-
-    def _material(self, name: str, value: object) -> Material:
-        """A material, or that of a name. Raises ValueError or TypeError."""
-        if isinstance(value, str):
-            return Material.named(value, f"{self.label()}: no {name}")
-        if not isinstance(value, Material):
-            raise TypeError(f"{self.label()}: {name} must be a Material, got {value!r}")
-        return value
 
     def numbers(self) -> Iterator[Row]:
         for field in fields_of(type(self)):

@@ -1,7 +1,7 @@
 """Meshing teeth: two wheels on one carrier, or a wheel and a rack."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from clearance.elements.body import Body
@@ -13,6 +13,12 @@ from clearance.laws.law import BoundLaw, spring
 from clearance.values import checks
 
 APART = 0.02  # deflection of teeth at the start over the pitch radius, beyond any play
+
+
+def _angle(hinge: Revolute, starts: Mapping[str, float]) -> float:
+    """Start angle of a hinge; starts: of driven parts, by their keys."""
+    a, b = (starts.get(p.body.key, p.body.angle) for p in (hinge.a, hinge.b))
+    return starts.get(hinge.key, b - a)
 
 
 @checks.answers
@@ -80,15 +86,18 @@ class Gear(Spring):
         yield from super().numbers()
         yield f"{self.key}/spread", math.tan(self.pressure_angle), ZERO
 
-    def doubts(self) -> list[str]:
+    def doubts_at_start(self, drives: Iterable) -> list[str]:
+        """Teeth that the start angles press: those of drives, else of bodies."""
         if self.second.slides:
-            return super().doubts()
-        first, second = (j.b.body.angle - j.a.body.angle for j in (self.first, self.second))
+            return []
+        starts = {d.target.key: d.motion(0.0) if d.motion else d.start for d in drives}
+        starts = {key: start for key, start in starts.items() if start is not None}
+        first, second = (_angle(j, starts) for j in (self.first, self.second))
         meshing = second - self.ratio * first
         if abs(meshing - self.phase) <= APART:
-            return super().doubts()
+            return []
         reason = f"the start angles of the wheels press its teeth; phase={meshing:.6g} meshes them"
-        return [*super().doubts(), f"{self.label()}: {reason}"]
+        return [f"{self.label()}: {reason}"]
 
     def act(self, m, w) -> None:
         ratio = m.number(self, "ratio")

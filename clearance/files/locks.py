@@ -148,10 +148,11 @@ _count = itertools.count()
 def check_replaceable(path: Path) -> None:
     """A file may take this name.
 
-    Raises ValueError for a device, a pipe or a socket, which would be lost.
+    Raises ValueError for a directory, and for a device, a pipe or a socket, which would be lost.
     """
-    if path.exists() and not path.is_file() and not path.is_dir():
-        raise ValueError(f"{path} is a device, a pipe or a socket; give the name of a file")
+    if path.exists() and not path.is_file():
+        kind = "directory" if path.is_dir() else "device, a pipe or a socket"
+        raise ValueError(f"{path} is a {kind}; give the name of a file")
 
 
 def temporary_name(path: Path) -> Path:

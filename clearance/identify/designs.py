@@ -24,7 +24,7 @@ import numpy as np
 from clearance.accuracy.by_differences import Impossible
 from clearance.files.locks import locked
 from clearance.files.texts import listed
-from clearance.identify.free import Bounds, Journal, bounded, saved
+from clearance.identify.free import Bounds, Journal, Progress, all_bounded, saved
 from clearance.identify.optimum import (
     KEPT,
     LAST,
@@ -323,7 +323,7 @@ def optimize(
     share = checks.inner_fraction("share", checks.share("share", share))
     if tolerance and not limits:
         raise ValueError("optimize: a tolerance widens limits, and there is none: give a limit")
-    free = [bounded(scene, name, ends) for name, ends in dict(parameters).items()]
+    free = all_bounded(scene, parameters)
     options = {"turns": turns, "until": until, "start": start, "samples_per_turn": samples_per_turn}
     if turns is None and until is None:
         until = scene.case.until if scene.case else 2.0
@@ -332,7 +332,8 @@ def optimize(
     design = _Swept(scene, free, options, settle, _tolerances(scene, tolerance or {}))
     goals = tuple(Goal(design.name_of(g.name), g.sign) for g in goals)
     wanted = _limits(design, listed(limits) or ())
-    search = _Search(design, goals, wanted, share, starts, seed, designs, progress)
+    design.progress = Progress(progress)
+    search = _Search(design, goals, wanted, share, starts, seed, designs)
     if folder is None:
         with tempfile.TemporaryDirectory() as aside:
             return search.result(None, Path(aside) / "check")
@@ -397,7 +398,6 @@ class _Search:
     starts: int
     seed: int
     designs: int
-    progress: Callable[[float], None] | None
     errors: dict[str, float] = field(default_factory=dict)
     doubts: list[str] = field(default_factory=list)
 
@@ -458,9 +458,8 @@ class _Search:
     def _kept(self, make: Callable[[], Solved]) -> Solved:
         """The next end of the search, from the journal where it is there."""
         end = self.journal.end(make)
-        if self.progress is not None:
-            total = self.starts + (self.designs - 2 if len(self.goals) == 2 else 0)
-            self.progress(min(self.journal.done / total, 1.0))
+        total = self.starts + (self.designs - 2 if len(self.goals) == 2 else 0)
+        self.design.progress(min(self.journal.done / total, 1.0))
         return end
 
     def _with_margins(self, aim: Aim, x: np.ndarray) -> tuple[Solved, Aim]:

@@ -69,14 +69,23 @@ class Free:
         return self.value(x) if self.positive else self.size
 
 
+def all_bounded(scene: Scene, parameters: Bounds) -> list[Free]:
+    """Free parameters. Raises TypeError for what has no bounds by name, ValueError as `bounded`."""
+    if not isinstance(parameters, Mapping):
+        raise TypeError(
+            f"parameters have bounds by name, as {{'clearance': '0.1mm:1mm'}}; got {parameters!r}"
+        )
+    return [bounded(scene, name, bounds) for name, bounds in parameters.items()]
+
+
 def bounded(scene: Scene, name: str, bounds) -> Free:
     """A free parameter. Raises ValueError for bounds that do not rise, and for one that does
     nothing.
     """
     about = varied(scene, name, 1.0)
     check_effect(scene, name)
-    ends = bounds.split(":") if isinstance(bounds, str) else list(bounds)
-    if len(ends) != 2:
+    ends = bounds.split(":") if isinstance(bounds, str) else bounds
+    if not hasattr(ends, "__len__") or len(ends) != 2:
         raise ValueError(f"{name} needs two bounds, such as 0.1mm:1mm, got {bounds!r}")
     try:
         ends = [quantity(e, about.units) if isinstance(e, str) else e for e in ends]
@@ -85,11 +94,31 @@ def bounded(scene: Scene, name: str, bounds) -> Free:
     return Free(name, *checks.rising(f"bounds of {name}", ends), about.units)
 
 
+class Progress:
+    """The share of a search that is done, also before each of its runs.
+
+    report: called with it, unless it is None.
+    """
+
+    share = 0.0
+
+    def __init__(self, report: Callable[[float], None] | None = None):
+        self.report = report
+
+    def __call__(self, share: float | None = None) -> None:
+        """share: another one."""
+        self.share = self.share if share is None else share
+        if self.report is not None:
+            self.report(self.share)
+
+
 class Varying:
     """A scene with free parameters; the first coordinates are theirs.
 
     Raises ValueError for a name that stands twice.
     """
+
+    progress = Progress()
 
     @property
     def width(self) -> float:
@@ -151,6 +180,7 @@ class Varying:
 
     def prepared(self, scene: Scene, **options) -> Run:
         """A run without an energy ledger."""
+        self.progress()
         return prepare(scene, energy=False, **options)
 
 

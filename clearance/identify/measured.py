@@ -43,6 +43,8 @@ def read(path: str | Path, column: str | None = None) -> Measured:
     values, where there are several. Units become SI ones. The file may be compressed by gzip.
     Raises ValueError, with file and line, for what is no such record.
     """
+    if not isinstance(path, str | Path):
+        raise TypeError(f"a record is a CSV file, got {type(path).__name__}; write it into one")
     path = Path(path)
     text = unpacked_text(path)
     try:

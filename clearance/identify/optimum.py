@@ -60,7 +60,7 @@ FAILED = 10.0  # scaled goal, and shortfall of limits, of a point without a run
 SHARED = ("start", "max_step")  # options of the runs beside a point too
 HELD = 64  # points in memory
 LOOKED = 16  # points that the best starts are taken from
-_LIMIT = re.compile(r"\s*([^<>=\s]+)\s*([<>])=?\s*(\S.*?)\s*$")
+_LIMIT = re.compile(r"\s*([A-Za-z][^<>=\s]*)\s*([<>])=?\s*(\S.*?)\s*$")
 
 
 @dataclass(frozen=True)
@@ -243,6 +243,7 @@ class Design(Varying):
 
     def prepared(self, scene: Scene, **options) -> Run:
         """A run, with the ledger that losses come from."""
+        self.progress()
         shared = {n: self.options[n] for n in SHARED if n in self.options}
         return prepare(scene, **shared | options)
 

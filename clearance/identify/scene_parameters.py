@@ -11,7 +11,7 @@ import numpy as np
 
 from clearance.files.locks import locked
 from clearance.files.texts import listed
-from clearance.identify.free import Bounds, Journal, bounded, saved
+from clearance.identify.free import Bounds, Journal, Progress, all_bounded, saved
 from clearance.identify.measured import Measured, check_varies, read
 from clearance.identify.run_errors import refined, weighted
 from clearance.identify.scene_fit import (
@@ -192,7 +192,8 @@ def fit(
         lowpass: order and corner [Hz] of the sensor's Butterworth filter, which the computed
         channel has as well; one, or a list of one for each channel.
     starts: points the search begins from; seed: of these. folder: of the fit; an interrupted
-        one goes on there. progress: called with the share of starts that have ended.
+        one goes on there. progress: called with the share of starts that have ended, before each
+        run, too.
     Raises ValueError for records and parameters that do not fit the scene, before anything runs,
     and where no start has a run.
 
@@ -210,54 +211,46 @@ def fit(
         0.14
     """
     scene = load_case(scene)
-    free = [bounded(scene, name, bounds) for name, bounds in dict(parameters).items()]
+    free = all_bounded(scene, parameters)
     curves = [*_curves(scene, data, channels, noise, settle, nuisances, lowpass)]
     checks.whole("fit: starts", starts, 1)
     problem = Problem(scene, free, curves, settle)
+    problem.progress = Progress(progress)
     if folder is None:
-        return fitted(problem, starts, seed, None, progress)
+        return fitted(problem, starts, seed)
     path = Path(folder)
     with locked(path, "fit"):
-        result = fitted(problem, starts, seed, path / JOURNAL, progress)
+        result = fitted(problem, starts, seed, path / JOURNAL)
         result.save(path)
     return result
 
 
-def fitted(
-    problem: Problem,
-    starts: int,
-    seed: int,
-    journal: Path | None = None,
-    progress: Callable | None = None,
-) -> SceneFit:
+def fitted(problem: Problem, starts: int, seed: int, journal: Path | None = None) -> SceneFit:
     """The fit: of trajectories, or of statistics of turns where none follows the records."""
     try:
-        return _by_trajectories(problem, starts, seed, journal, progress)
+        return _by_trajectories(problem, starts, seed, journal)
     except NotFollowed as lost:
         if reason := reason_without(problem):
             raise ValueError(f"{lost}; {reason}") from None
-    best, judged = by_statistics(problem, seed, progress)
+    best, judged = by_statistics(problem, seed)
     return SceneFit(problem, best, (best,), judged)
 
 
-def _by_trajectories(
-    problem: Problem, starts: int, seed: int, journal: Path | None, progress: Callable | None
-) -> SceneFit:
+def _by_trajectories(problem: Problem, starts: int, seed: int, journal: Path | None) -> SceneFit:
     """The fit; ends of starts stand in a journal and are taken from it.
 
     Raises NotFollowed, after one start at the latest where that ends at the least cost and
     trajectories part before a record begins.
     """
     past = Journal(journal, Solved, _about(problem, seed))
-    report = progress or (lambda share: None)
     problem = problem.before_horizon(problem.middle)
     loose, ends = problem.loose(), []
     for i, x in enumerate(loose.starts(starts, seed)):
-        tell = partial(lambda i, share: report((i + share) / starts), i)
+        tell = partial(lambda i, share: problem.progress((i + share) / starts), i)
         ends.append(past.end(lambda x=x, tell=tell: loose.followed(x, tell)))
         if not i and math.isfinite(ends[0].cost):
             problem.before_horizon(ends[0].x)
-        report((i + 1) / starts)
+        problem.progress((i + 1) / starts)
     if not (problem.turn or problem.touching):  # minima that first parts do not lead to
         others = loose.lowest(starts - 1, seed)
         ends += [past.end(lambda x=x: loose.solved(x, finish=STARTING)) for x in others]

@@ -13,7 +13,7 @@ Source: Wood, Nature 466 (2010) 1102, for the likelihood of statistics.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -106,9 +106,7 @@ def _numbers(places: np.ndarray, values: np.ndarray, count: int, turns: int) -> 
     return 0.5 * np.log(np.maximum(columns, 1e-300))
 
 
-def by_statistics(
-    problem: Problem, seed: int, progress: Callable[[float], None] | None = None
-) -> tuple[Solved, Verdict]:
+def by_statistics(problem: Problem, seed: int) -> tuple[Solved, Verdict]:
     """The least Q and what it is worth.
 
     Raises ValueError where runs fail, and where statistics do not outnumber parameters.
@@ -130,8 +128,7 @@ def by_statistics(
                 continue
             if np.isfinite(numbers).all():
                 runs.append((x, numbers))
-        if progress is not None:
-            progress((turn + 1) / ROUNDS)
+        problem.progress((turn + 1) / ROUNDS)
         x, covariance, cost = _least(statistics, runs, box)
         half = 0.5 * (box[1] - box[0])
         wide = np.maximum(DEVIATIONS * np.sqrt(np.diag(covariance)), SHRUNK * half)

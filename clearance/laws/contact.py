@@ -502,8 +502,8 @@ def johnson(
     delta < 4 DR / e^2 = 0.541 DR (e of logarithms), where the compliance reaches zero. From 95
     % of that on the force continues with its slope there. The joint warns if a run reaches this
     range.
-    Source: Johnson, Contact Mechanics (1985), section 5.6; Lambert W form after Pereira, Ramalho
-    and Ambrosio (2011).
+    Source: Johnson, Contact Mechanics (1985), section 5.6; Pereira, Ramalho and Ambrosio (2011)
+    for the form with Lambert's W.
     """
     if penetration <= 0.0:
         return 0.0

@@ -155,7 +155,7 @@ def long_film(eccentricity_ratio, radial_rate, entrainment, joint):
 
     with J_ab of `arc_integrals`. Rigid, aligned, isoviscous. Valid for L/D > 2. What Pinkus and
     Sternlicht's fractions stand for.
-    Source: Reynolds equation of the long bearing, Pinkus and Sternlicht (1961), integrated over the
+    Source: Pinkus and Sternlicht (1961), Reynolds equation of the long bearing, integrated over the
     arc of pressure.
     """
     eps = min(max(eccentricity_ratio, ECCENTRICITY_FLOOR), 1.0)

@@ -64,6 +64,15 @@ class Material(Record):
         known(refusal, name, BEARING_MATERIALS)
         return BEARING_MATERIALS[name].material
 
+    @staticmethod
+    def of(label: str, name: str, value: object) -> "Material":
+        """A material, or that of a name; name: of the field. Raises ValueError or TypeError."""
+        if isinstance(value, str):
+            return Material.named(value, f"{label}: no {name}")
+        if not isinstance(value, Material):
+            raise TypeError(f"{label}: {name} must be a Material, got {value!r}")
+        return value
+
 
 @dataclass(frozen=True)
 class BearingMaterial:

@@ -67,7 +67,7 @@ def sarkar(pressure, sliding_speed, coefficient, friction):
 
     coefficient k [m2/N] without friction; friction mu [-]. `archard` for mu = 0, and valid as that.
     Raises ValueError for k outside [1e-22, 1e-9] m2/N and mu < 0.
-    Source: Sarkar, Friction and Wear, Academic Press 1980.
+    Source: Sarkar (1980), Friction and Wear, Academic Press.
     """
     return coefficient * math.sqrt(1.0 + 3.0 * friction * friction) * pressure * sliding_speed
 

@@ -524,8 +524,6 @@ def _units(group: str, facts: dict) -> dict[str, str]:
 
 def check_name(path: Path) -> None:
     """A run may write a file of this name. Raises ValueError."""
-    if path.is_dir():
-        raise ValueError(f"result file {path} is a directory; give the name of a file")
     check_replaceable(path)
     check_result(path)
 
@@ -542,7 +540,7 @@ def lock_of(path: Path) -> Lock:
         if error.errno in FULL:
             raise Unwritable(path, error.errno) from None
         raise OSError(
-            error.errno, f"{path} cannot be written: {os.strerror(error.errno)}"
+            error.errno, f"it cannot be written: {os.strerror(error.errno)}", path
         ) from None
 
 

@@ -225,8 +225,10 @@ def affordable(demand: Demand, path: str | Path | None = None) -> None:
         )
     if demand.columns:
         folder = _existing(Path(tempfile.gettempdir() if path is None else path))
-        if demand.bytes > (free := shutil.disk_usage(folder).free):
-            need, room = demand.bytes / 1e9, free / 1e9
+        disk = shutil.disk_usage(folder)
+        # the system states why a folder takes no files, as one of a disk without any room does
+        if demand.bytes > disk.free and disk.total and os.access(folder, os.W_OK):
+            need, room = demand.bytes / 1e9, disk.free / 1e9
             reasons.append(f"files of {need:.3g} GB ({room:.3g} GB are free in {folder})")
     if reasons:
         raise ValueError(f"this needs {', '.join(reasons)}: {OVERRIDE}")

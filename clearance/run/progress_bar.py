@@ -101,7 +101,8 @@ class ProgressBar:
             self.bar.clear()
 
     def close(self) -> None:
-        """Take the bar away."""
+        """Take the bar away, for good."""
+        self.silent = True
         if self.bar is not None:
             self.bar.close()
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, Field, fields, is_dataclass, replace
 from functools import cache
+from inspect import signature
 from pathlib import Path
 
 from clearance import elements
@@ -19,7 +20,7 @@ from clearance.elements.joint import Joint
 from clearance.elements.quantities import Described
 from clearance.files.texts import brief
 from clearance.laws.law import BoundLaw, DataLaw, Law, OfJoint
-from clearance.laws.materials import Lubricant
+from clearance.laws.materials import Lubricant, Material
 from clearance.laws.oils import oil_named
 from clearance.values.checks import known, meant
 from clearance.values.units import amount, quantity
@@ -74,6 +75,8 @@ _MADE: dict[tuple[str, str], types.ModuleType] = {}
 POINT = {"body": Body, "point": str | None, **dict.fromkeys("xyz", float)}
 ENDS = ("a", "b", "point")  # of joints and loads
 SECTIONS = ("bodies", "joints", "loads")
+#: what makes a body with mass properties, by the field that states its shape
+SHAPES: dict[str, Callable] = {"section": Body.bar, "outline": Body.plate}
 RATES = ("angular_velocity", "velocity")  # of bodies at the start
 
 
@@ -245,8 +248,22 @@ class Parts:
         if name not in self._bodies:
             known("unknown body", name, self.body_tables)
             with at("body", name, complete=True):
-                self._bodies[name] = self._built(Body, {"name": name, **self.body_tables[name]})
+                table = named_table("body", self.body_tables[name])
+                self._bodies[name] = self._body({"name": name} | table)
         return self._bodies[name]
+
+    def _body(self, table: dict) -> Body:
+        """A body with its mass properties, or one whose shape gives them."""
+        make = next((m for n, m in SHAPES.items() if n in table), None)
+        if make is None:
+            return self._built(Body, table)
+        shape = [*signature(make).parameters][:-1]
+        others = [f.name for f in fields(Body) if f.name not in (*shape, "mass", "inertia")]
+        _check_names(f"a {make.__name__}", table, shape + others, ())
+        values = table | self.values(Body, {n: table[n] for n in others if n in table})
+        if "material" in table:
+            values["material"] = self.record(Material, table["material"])
+        return make(**values)
 
     def point(self, value: object) -> Point | Body:
         """A point: [x, y] of ground, "body", "body.point", or a table of body and place."""
@@ -360,7 +377,11 @@ class Parts:
         if (section, value) in self.ready:
             return self.ready[section, value]
         tables = self.shared.get(section, {})
-        known(f"unknown {section}", value, tables)
+        known(
+            f"unknown {section}",
+            value,
+            [*tables, *sorted(n for s, n in self.ready if s == section)],
+        )
         with at(section, value, complete=True):
             return self.ready.setdefault((section, value), self._shared(kind, value, tables[value]))
 
@@ -368,10 +389,8 @@ class Parts:
         """A part that elements share, from its table; an oil may be a text of its grade."""
         if kind is Lubricant and isinstance(table, str):
             return oil_named(table)
-        if not isinstance(table, Mapping):
-            raise ValueError(f"expected a table, got {table!r}")
         named = {"name": name} if "name" in {f.name for f in fields(kind)} else {}
-        return self._built(kind, named | table)
+        return self._built(kind, named | named_table(kind.__name__.lower(), table))
 
     def law(self, value: object, field: Field | None = None) -> BoundLaw | None:
         """A law: its name, or a table of its name and its parameters; None for the name none."""
@@ -406,6 +425,13 @@ def _parameter(value: object, unit: str | None = None) -> object:
         return {name: _parameter(v) for name, v in value.items()}
     measured = isinstance(value, str) and value[:1] in "+-.0123456789"
     return quantity(value, unit) if measured else value
+
+
+def named_table(section: str, table: object) -> Mapping:
+    """A table of a section. Raises ValueError for anything else."""
+    if not isinstance(table, Mapping):
+        raise ValueError(f"expected a table, got {table!r}; [{section}.NAME] begins one")
+    return table
 
 
 def is_needed(field: Field) -> bool:

@@ -142,7 +142,9 @@ class Scene(Celled):
     def doubts(self) -> list[str]:
         """Warnings of its bodies, elements and laws, each once."""
         parts = (*self.bodies, *self.elements)
-        return [*dict.fromkeys(doubt for part in parts for doubt in part.doubts())]
+        texts = [doubt for part in parts for doubt in part.doubts()]
+        texts += [doubt for load in self.loads for doubt in load.doubts_at_start(self.drives)]
+        return [*dict.fromkeys(texts)]
 
     @cached_property
     def kinks(self) -> list[float]:

@@ -24,12 +24,12 @@ from clearance.laws.law import Law
 from clearance.laws.materials import Material
 from clearance.laws.outline import worn
 from clearance.scene.case import Case, Parameter
-from clearance.scene.document import KINDS, Misplaced, Parts, at, law_in, module_of
+from clearance.scene.document import KINDS, Misplaced, Parts, at, law_in, module_of, named_table
 from clearance.scene.scene import Scene
 from clearance.scene.user_module import module_of as module_of_file
-from clearance.values.checks import identifier, known, meant
+from clearance.values.checks import identifier, known, meant, point
 from clearance.values.columns import Column, each
-from clearance.values.units import UNITS, quantity
+from clearance.values.units import UNITS, amount, quantity
 
 LOG = logging.getLogger("clearance")
 #: section of a file -> kinds of elements that may stand in it
@@ -54,8 +54,9 @@ SI = {unit for unit, (kind, factor) in UNITS.items() if (kind, factor) == (unit,
 SIGNATURE = re.compile(r"\([^()]*\)")
 #: what a line of a scene file begins with: a table, or the key of a value
 KEY = re.compile(r"\s*(\[+[^\]]+\]+|[^\s=#\[]+(?=\s*=))")
+QUOTES = '; texts and numbers with a unit stand in quotes: "300 rpm"; { } is one line, with commas'
 OF_PARAMETERS = ("value", "unit", "text")
-PARAMETER = re.compile(r"\$(\w+)")
+PARAMETER = re.compile(r"\$([^\W\d]\w*)")
 _UNITS = "|".join(re.escape(u) for u in sorted(UNITS, key=len, reverse=True))
 #: a number with a unit in a formula
 MEASURED = re.compile(rf"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*({_UNITS})(?!\w)")
@@ -65,6 +66,10 @@ FUNCTIONS = {
     f.__name__: f for f in (math.sqrt, math.sin, math.cos, math.tan, math.atan2, math.hypot)
 } | {"abs": abs, "min": min, "max": max}
 CONSTANTS = {"pi": math.pi}
+FORMULA = (
+    'a formula such as "2 * pi / $speed" has numbers, units, parameters with a $ each, + - * / **, '
+    f"brackets and {', '.join((*CONSTANTS, *FUNCTIONS))}"
+)
 OPERATORS = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -135,7 +140,7 @@ def _parts(document: Mapping, path: Path) -> Scene:
     elements = [parts.element(*key) for s in order for key in tables if key[0] == s]
     gravity = document.get("gravity", [0.0, -9.81])
     with at("gravity"):
-        gravity = tuple(quantity(g, "m/s2") for g in gravity)
+        gravity = point("gravity", amount(gravity, ("m/s2",)))
     if not elements:
         raise ValueError(f"{path}: no joint, load or drive is there; [joint] has the joints")
     scene = Scene(*elements, gravity=gravity, name=document.get("name", path.stem))
@@ -148,9 +153,7 @@ def _parts(document: Mapping, path: Path) -> Scene:
 
 def _kind_of(section: str, kinds: list[str], table: object) -> tuple[str, dict]:
     """Kind and fields of an element; a section with one kind need not name it."""
-    if not isinstance(table, Mapping):
-        raise ValueError(f"expected a table, got {table!r}")
-    kind = table.get("kind", kinds[0] if len(kinds) == 1 else None)
+    kind = named_table(section, table).get("kind", kinds[0] if len(kinds) == 1 else None)
     if kind not in kinds:
         answer = f"got {kind!r}{meant(str(kind), kinds)}" if kind else "it has none"
         raise ValueError(f"kind must be one of {', '.join(kinds)}; {answer}")
@@ -167,8 +170,8 @@ def _head(document: Mapping) -> dict[str, Parameter]:
                 raise ValueError(f"unknown section{meant(name, names)}; known: {', '.join(names)}")
             if name in ("name", "text") and not isinstance(value, str):
                 raise ValueError(f"expected a text, got {value!r}")
-            if name in names[len(HEAD) - 2 :] and not isinstance(value, Mapping):
-                raise ValueError(f"expected a table, got {value!r}")
+            if name in names[len(HEAD) - 2 :]:
+                named_table(name, value)
     with at("name"):
         identifier("name", document.get("name", "scene"))
     parameters = {}
@@ -256,7 +259,7 @@ def formula(
             value = _value(parsed(plain.strip(), "eval").body, names)
         return value if isinstance(value, Column) else float(value)
     except (SyntaxError, TypeError):
-        raise ValueError(f"cannot read the formula {text!r}") from None
+        raise ValueError(f"cannot read the formula {text!r}; {FORMULA}") from None
     except (ArithmeticError, ValueError) as error:
         raise ValueError(f"{text!r}: {error}") from None
 
@@ -358,6 +361,6 @@ def _line_of_syntax(words: str, text: str) -> tuple[str, int]:
         return words.replace(" (at end of document)", ""), len(text.splitlines())
     line, words = int(match[1]), words[: match.start()]
     keys = [key[1] for row in text.splitlines()[:line] if (key := KEY.match(row))]
-    if keys and words.startswith(("Cannot overwrite a value", "Cannot declare")):
+    if keys and words.startswith(("Cannot overwrite a value", "Cannot declare", "Cannot mutate")):
         return f"{keys[-1]} stands there twice", line
-    return f"{words} (column {match[2]})", line
+    return f"{words} (column {match[2]}){QUOTES}", line

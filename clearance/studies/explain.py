@@ -52,12 +52,11 @@ def explain(scene: Scene) -> dict:
 
 
 def scene_warnings(mechanism: Mechanism) -> list[str]:
-    """Warnings of laws about their joints, of layers too soft for the speed, and of force holes,
-    before anything runs.
+    """Warnings of the scene, of layers too soft for the speed, and of force holes, before anything
+    runs.
     """
-    joints = mechanism.scene.joints
-    doubts = [doubt for j in joints for doubt in j.doubts()]
-    for j in (j for j in joints if j.through_wall):
+    doubts = [*mechanism.scene.doubts]
+    for j in (j for j in mechanism.scene.joints if j.through_wall):
         if (wedge := _wedge(j, mechanism.frequency)) > WIDEST:
             doubts.append(f"{j.label()}: C_w {WIDE.format(wedge)}")
     return doubts + hole_warnings(mechanism)

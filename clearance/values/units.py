@@ -54,7 +54,7 @@ _KINDS = {kind for kind, _ in UNITS.values()}
 #: most digits of a decimal factor
 DECIMAL_DIGITS = 6
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_UNIT = r"[A-Za-zµ°][\w/.µ°*· ]*|(?<=\s)1/\w+"
+_UNIT = r"[A-Za-zµ°][\w/.µ°*·^ ]*|(?<=\s)1/\w+"
 _BETWEEN = str.maketrans("²³", "23", " .*·^")  # signs in units that change nothing
 _QUANTITY = re.compile(rf"\s*([-+]?{_NUMBER})\s*({_UNIT})?\s*$")
 _WITH_UNIT = re.compile(rf"{_NUMBER}\s*({_UNIT})")

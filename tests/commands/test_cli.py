@@ -16,6 +16,7 @@ import pytest
 import clearance as cl
 from clearance import cli
 from clearance.commands import COMMANDS
+from clearance.commands.common import folded
 from clearance.results.tables import provenance
 from tests.seeds import few_of
 from tests.typed import python, words
@@ -187,6 +188,64 @@ def test_a_run_that_fails_half_way(tmp_path, typed):
     assert "joint J" in ended.document["message"]
     assert "at t = " in ended.err
     assert out.exists()
+
+
+def test_a_run_that_fails_has_the_warnings_of_its_scene(tmp_path, typed):
+    """The slip of a unit, random viscosities below the usual: on the terminal, in the document and
+    in Python's traceback.
+    """
+    path, rng = tmp_path / "thin.py", np.random.default_rng(8)
+    path.write_text(
+        "import clearance as cl\n"
+        "def scene(*, viscosity: float = 1e-12):\n"
+        "    journal = cl.Body('journal', 50.0, 1e-2)\n"
+        "    return cl.Scene(cl.ClearanceRevolute(cl.ground, journal, name='J', radius=0.01, "
+        "clearance=1e-4,\n"
+        "        length=0.02, film=cl.long_film(), lubricant=cl.Lubricant(viscosity)))\n"
+    )
+    for viscosity in 10.0 ** rng.uniform(-14.0, -9.0, 3):
+        warning = f"lubricant: viscosity is {viscosity:g} Pa s, usual is"
+        line = ["run", path, f"-p viscosity={viscosity} --until 1s -o", tmp_path / "r.h5"]
+        assert f"\n  warning      {warning}" in typed(*line, status=1).err
+        document = typed(*line, "--json", status=1).document
+        assert any(text.startswith(warning) for text in document["warnings"])
+        with pytest.raises(cl.SimulationError) as failed:
+            cl.simulate(cl.load_case(str(path), viscosity=viscosity), until=1.0)
+        assert any(f"warning: {warning}" in note for note in failed.value.__notes__)
+
+
+def test_a_solver_without_an_answer_has_the_warnings_too(tmp_path, monkeypatch, typed):
+    """Those of the scene, where no run has any; wrong input has one line."""
+    path = tmp_path / "heavy.toml"
+    path.write_text(
+        "[body]\ncrank = { mass = 1e9, inertia = 1.0 }\n[joint]\n"
+        'A = { kind = "Revolute", a = "ground", b = "crank" }\n'
+    )
+
+    def failing(*_, **__):
+        raise RuntimeError("no period")
+
+    monkeypatch.setattr("clearance.motions.steady.steady", failing)
+    line = typed("run", path, "--steady 1e-6 --period 1s -o", tmp_path / "r.h5", status=1).err
+    assert line.startswith("clearance: no period\n  warning      body crank: mass is 1e+09 kg")
+    typed.line("run", path, "--until -1s -o", tmp_path / "r.h5")
+
+
+def test_long_lines_are_folded_behind_commas():
+    """At most 100 letters, nothing lost; a part of at most 60 letters stays in one piece."""
+    rng = np.random.default_rng(2)
+    for _ in range(50):
+        parts = [
+            " ".join("x" * n for n in rng.integers(1, 9, rng.integers(1, 8)))
+            for _ in range(rng.integers(1, 30))
+        ]
+        text = "  joint B      " + ", ".join(parts)
+        lines = list(folded([text, "short"]))
+        assert lines.pop() == "short"
+        assert max(map(len, lines)) <= 100
+        assert " ".join(line.strip() for line in lines) == text.strip()
+        assert all(line.startswith(" " * 15) for line in lines[1:])
+        assert all(line.endswith(",") for line in lines[:-1])
 
 
 @pytest.mark.parametrize("name", ["watt", "stephenson"])

@@ -142,6 +142,51 @@ def test_teeth_that_start_apart_are_named():
             assert abs(run.values("springs/gear/deflection")[0]) < 1e-5 * DISTANCE
 
 
+@cl.signal
+def swinging(time, place):
+    """An angle at t = 0, and a rate."""
+    return place + 0.5 * time
+
+
+@pytest.mark.parametrize("driven", ["body", "hinge", "second", "carrier"])
+@pytest.mark.parametrize("way", ["speed", "torque", "motion"])
+def test_teeth_of_driven_wheels_are_those_of_the_start(driven, way):
+    """Wheels, their hinges and their carrier driven from random angles, evenly, by a torque, by a
+    law of time: the phase is that of the run's first sample, to the six digits printed.
+    """
+    rng = np.random.default_rng([ord(c) for c in driven + way])
+    for off in (0.0, 0.015, 0.03, *rng.uniform(-2.0, 2.0, 3)):
+        ratio, start = rng.choice([-1.0, 1.0]) * rng.uniform(0.2, 0.9), rng.uniform(-3.0, 3.0)
+        one, two, arm = (
+            cl.Body(n, 1.0, WHEEL, angle=a)
+            for n, a in zip(("one", "two", "arm"), rng.uniform(-3.0, 3.0, 3), strict=True)
+        )
+        base, extra = cl.ground, []
+        if driven == "carrier":
+            base, extra = arm, [cl.Revolute(cl.ground, arm, name="C")]
+        first = cl.Revolute(base, one, name="A")
+        second = cl.Revolute(base.at(DISTANCE, 0.0), two, name="B")
+        target = {"body": one, "hinge": first, "second": two, "carrier": arm}[driven]
+        effort = {"speed": {"speed": 1.0}, "torque": {"torque": 0.0}}.get(way, {})
+        drive = (
+            cl.Drive(target, motion=swinging(place=start))
+            if way == "motion"
+            else cl.Drive(target, start=start, **effort)
+        )
+        gear = cl.Gear(first, second, ratio=ratio, stiffness=1e3, name="teeth")
+        run = cl.simulate(
+            cl.Scene(*extra, first, second, gear, drive), until=1e-9, samples=2, error=None
+        )
+        turned = run["arm"].theta[0] if extra else 0.0
+        meshing = run["two"].theta[0] - turned - ratio * (run["one"].theta[0] - turned)
+        gear = dataclasses.replace(gear, phase=meshing + off)
+        doubts = cl.Scene(*extra, first, second, gear, drive).doubts
+        assert bool(doubts) == (abs(off) > 0.02)
+        for doubt in doubts:
+            stated = float(re.search("phase=([^ ]+)", doubt)[1])
+            assert stated == pytest.approx(meshing, rel=1e-5, abs=1e-9)
+
+
 def test_impossible_teeth_are_refused():
     """By field and value, before anything runs."""
     one, two = cl.Body("one", 1.0, PINION), cl.Body("two", 2.0, WHEEL)

@@ -181,8 +181,9 @@ def test_a_share_of_machines(tmp_path):
 def test_an_interrupted_search_goes_on(tmp_path, monkeypatch):
     """Ends of starts are in the folder: the search that goes on looks for none again."""
 
-    def interrupt(_):
-        raise KeyboardInterrupt
+    def interrupt(share):
+        if share == 1.0:
+            raise KeyboardInterrupt
 
     call = {"minimize": "loss_mean", "starts": 1, "folder": tmp_path, **RUN}
     with pytest.raises(KeyboardInterrupt):
@@ -209,6 +210,8 @@ def test_an_interrupted_search_goes_on(tmp_path, monkeypatch):
         ({"minimize": ()}, "one or two goals"),
         ({"limits": "joints/B/gap_mi > 1um"}, "did you mean joint_B_gap_min"),
         ({"limits": "joints/B/gap_min = 1um"}, "METRIC > VALUE"),
+        ({"limits": "1um < joints/B/gap_min"}, "METRIC > VALUE"),
+        ({"parameters": {CLEARANCE: 1e-4}}, "needs two bounds"),
         ({"limits": "joints/B/gap_min > 1N"}, "is in N, expected m"),
         (
             {"limits": "joints/B/gap_min > 1mm"},

@@ -11,12 +11,13 @@ import pytest
 import clearance as cl
 from clearance.cli import main
 from clearance.identify.fit_plan import plan
-from clearance.identify.free import Free
+from clearance.identify.free import Free, Varying
 from clearance.identify.measured import Measured, read
 from clearance.identify.scene_fit import Curve, Problem, Solved
 from clearance.identify.scene_parameters import fit
 from clearance.identify.turn_statistics import reason_without
 from clearance.identify.verdict import Judge, dependence, runs_test, verdict
+from clearance.run import progress_bar
 from tests.mechanisms import bar, loop
 
 STIFFNESS, DAMPING = 1.0, 0.2
@@ -383,6 +384,38 @@ def test_dry_contact_behind_the_horizon(seed):
         share = 0.5 if interval.name == "clearance" else 1.0
         assert interval.high - interval.low < share * interval.value
     assert "fitted by 6 statistics of 60 turns" in actual.verdict.doubts[0]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_each_run_of_a_fit_reports_its_progress(seed, monkeypatch):
+    """Lines of a log come while a start takes long: before each run, also of those behind the last
+    start; the share never falls.
+    """
+    shares, runs, prepared = [], [], Varying.prepared
+
+    def counted(self, *arguments, **options):
+        run = prepared(self, *arguments, **options)
+        runs.append(len(shares))
+        return run
+
+    monkeypatch.setattr(Varying, "prepared", counted)
+    about = {"noise": 0.02, "starts": 2, "progress": shares.append}
+    fit(oscillator(1.1, 0.25), noisy(seed), FREE, "bodies/block/x", **about)
+    reported = np.array(runs[np.flatnonzero(runs)[0] :])
+    assert (np.diff(reported) > 0).all()
+    assert len(reported) > 20
+    assert reported[-1] > shares.index(1.0) + 1
+    assert shares == sorted(shares)
+
+
+def test_a_bar_that_is_closed_stays_so(monkeypatch):
+    """Runs of a result that is asked later show nothing."""
+    lines = []
+    monkeypatch.setattr(progress_bar, "INTERVAL", 0.0)
+    with progress_bar.ProgressBar("fit", lines.append) as bar:
+        bar(0.5)
+    bar(1.0)
+    assert len(lines) == 1
 
 
 @pytest.mark.slow

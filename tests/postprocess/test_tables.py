@@ -145,6 +145,25 @@ def test_users36_every_law_has_a_source_that_can_be_cited():
     assert bare == ["impact", "superposed"]
 
 
+def test_every_key_has_the_first_author():
+    """Of all laws of the package: the first word of the source, none with the name of the law; a
+    title is not an author.
+    """
+    from clearance.postprocess.citations import _key, _sources
+
+    named = {n: law for n, law in vars(cl.laws).items() if isinstance(law, cl.Law)}
+    named |= {n: getattr(cl, n) for n in cl.laws.__all__ if isinstance(getattr(cl, n), cl.Law)}
+    sources = {t for n, law in named.items() for t in _sources(f"{law.__module__}:{n}")}
+    assert len(sources) > 40
+    for text in sources:
+        fields = _fields(text)
+        first = re.match(r"[A-Za-z]+", text)[0]
+        assert _key(fields, ["law"]) == f"{first.lower()}{fields['year']}", text
+        assert text.startswith(fields["author"])
+        assert fields.get("title", "") not in ("Friction", "Wear")
+    assert "author" not in _fields("ISO 21920-2 (2021)")
+
+
 def test_articles_without_a_page_are_articles():
     """A journal and its volume make an article; books have a title."""
     fields = _fields("Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994)")

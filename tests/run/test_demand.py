@@ -3,6 +3,7 @@ are.
 """
 
 import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -65,7 +66,9 @@ def test_R9_simulate_and_sweep_refuse_it_too(more, tmp_path):
 
 def free(monkeypatch, size):
     """Room on the disk [bytes]."""
-    monkeypatch.setattr(limits.shutil, "disk_usage", lambda path: SimpleNamespace(free=size))
+    monkeypatch.setattr(
+        limits.shutil, "disk_usage", lambda path: SimpleNamespace(free=size, total=1e12)
+    )
 
 
 def test_R9_what_the_disk_cannot_hold_is_refused(tmp_path, monkeypatch, typed):
@@ -109,6 +112,29 @@ def test_R9_a_compressed_file_is_given_the_benefit_of_the_doubt(monkeypatch):
     affordable(Demand(rows=1_000_000, steps=1.0, columns=9, compressed=True))
     with pytest.raises(ValueError, match="files of 0.072 GB"):
         affordable(Demand(rows=1_000_000, steps=1.0, columns=9))
+
+
+@pytest.mark.parametrize(("total", "writable"), [(0, True), (1e9, False)])
+def test_a_folder_that_takes_no_files_is_not_called_full(total, writable, monkeypatch, tmp_path):
+    """The file system of the kernel has no size, a read-only medium no room: the system's own
+    reason comes where the file is written.
+    """
+    room = SimpleNamespace(free=0, total=total)
+    monkeypatch.setattr(limits.shutil, "disk_usage", lambda path: room)
+    monkeypatch.setattr(limits.os, "access", lambda path, mode: writable)
+    affordable(Demand(rows=1000, steps=1.0, columns=9), tmp_path)
+    monkeypatch.setattr(limits.os, "access", lambda path, mode: True)
+    room.total = 1e9
+    with pytest.raises(ValueError, match="0 GB are free"):
+        affordable(Demand(rows=1000, steps=1.0, columns=9), tmp_path)
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="this system has no such folder")
+@pytest.mark.parametrize("more", ["", "--checkpoint 60"])
+def test_a_folder_that_takes_no_files_is_named_with_the_reason(more, typed):
+    """One line with the path, and no number of the system's error."""
+    line = typed.line("run", *IDEAL, "--turns 0.1 -o /proc/run.h5", more)
+    assert line.startswith("clearance: /proc/run.h5: it cannot be written: ")
 
 
 def test_R9_lyapunov_and_inverse_refuse_it(typed):

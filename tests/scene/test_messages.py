@@ -163,6 +163,13 @@ def swept(**options):
         (lambda: cl.elements.Drives, r"did you mean Drive\?"),
         (lambda: cl.films.shot, r"did you mean short\?"),
         (lambda: body()["a"], r"did you mean A\?"),
+        (lambda: cl.Body.bar("p", {"A": 0, "B": 1}, 0.1, material="bronz"), r"mean bronze\?"),
+        (lambda: cl.Body.bar("p", {"A": 0, "B": 1}, 0.1, material=7800), "must be a Material"),
+        (lambda: body(inertia="3 kg mm^2s"), r"unknown unit 'kgmm2s'"),
+        (lambda: cl.fit("four_bar", [[0.0, 1.0]] * 9, {"speed": "1:2"}, "x"), "a CSV file"),
+        (lambda: cl.fit("four_bar", "a.csv", ["speed"], "x"), "bounds by name"),
+        (lambda: cl.fit("four_bar", "a.csv", {"speed": 3.0}, "x"), "needs two bounds"),
+        (lambda: cl.optimize("four_bar", ["speed"], minimize="loss_mean"), "bounds by name"),
         (lambda: swept(points={"spead": [1.0]}), r"'spead' \(did you mean speed\?\)"),
         (lambda: swept(points={"speed": [1.0]}, turn=3), r"'turn' \(did you mean turns\?\)"),
         (lambda: swept(points={"clearance": [1e-4]}, spead=3), r"speed\?\): parameters stand in"),
@@ -176,6 +183,26 @@ def test_users22_messages_say_what_is_meant(call, words):
     """Each slip has a message with the remedy."""
     with pytest.raises(Exception, match=words):
         call()
+
+
+def test_signs_of_powers_in_units():
+    """With and without the sign of the power, random numbers: to the bit."""
+    rng = random.Random(4)
+    for _ in range(20):
+        number = rng.uniform(1e-3, 1e3)
+        one, other = (body(inertia=f"{number} {u}").inertia for u in ("kg mm^2", "kg mm2"))
+        assert one == other == body(inertia=f"{number} kg*mm²").inertia
+
+
+def test_a_result_is_not_saved_as_a_directory(tmp_path):
+    """Of memory and of a file: the name, and nothing of a temporary one."""
+    run = cl.simulate(cl.load_case("four_bar", model="ideal"), turns=0.1, error=None)
+    stored = cl.open_result(run.save(tmp_path / "run.h5"))
+    for result in (run, stored):
+        with pytest.raises(ValueError, match=r"is a directory; give the name of a file") as refused:
+            result.save(tmp_path)
+        assert "partial" not in str(refused.value)
+    stored.close()
 
 
 def test_a_power_outside_contact_names_the_law():

@@ -11,7 +11,7 @@ import pytest
 import clearance as cl
 from clearance.scene import templates
 from clearance.scene.catalogue import case_names, find_case, library
-from clearance.scene.toml_scene import formula, scene_file
+from clearance.scene.toml_scene import FUNCTIONS, formula, scene_file
 from clearance.scene.write_python import python_of
 from clearance.scene.write_toml import toml_of
 from tests import mechanisms as m
@@ -158,6 +158,10 @@ WRONG = [
     ),
     ('-9.81 m/s2"', '-9.81 m"', "gravity: '-9.81 m' is in m, expected m/s2"),
     ("[joint]", "[joint", "Expected ']'"),
+    ('gravity = [0, "-9.81 m/s2"]', "gravity = 9.81", "gravity: gravity must be a pair of numbers"),
+    ('"$speed"', "300rpm", "Unclosed inline table"),
+    ('target = "crank"', "target = crank", "Invalid value"),
+    ('target = "crank", speed', 'target = "crank" speed', "Unclosed inline table"),
 ]
 
 
@@ -202,6 +206,7 @@ def test_a_missing_field_and_a_body_without_joint(tmp_path):
     ("text", "value"),
     [
         ("$a / 2 + 1 mm", 0.026),
+        ("2 * pi / $a", 40.0 * math.pi),
         ("-($a - 10 mm)**2", -0.0016),
         ("sqrt(hypot(3, 4) * 5) * sin(90 deg)", 5.0),
         ("2*pi*$n", 6.0 * math.pi),
@@ -227,12 +232,129 @@ def test_formulas(text, value):
         "1 foo + $a",
         "$a / 0",
         "max($a",
+        "$2*pi/a",
+        "$a*pi/n",
     ],
 )
 def test_what_is_no_formula(text):
     """A text that is no formula is refused."""
     with pytest.raises(ValueError, match="formula|division|out of range"):
         formula(text, {"a": 0.05, "word": "dry"})
+
+
+def test_a_formula_that_cannot_be_read_says_what_may_stand_there():
+    """A parameter without its sign, or a sign without a parameter: all functions are named."""
+    for text in ("$2*pi/a", "$a*pi/n", "$ a", "$a ^ 2"):
+        with pytest.raises(ValueError, match=r"parameters with a \$ each") as refused:
+            formula(text, {"a": 0.05, "n": 3.0})
+        assert all(name in str(refused.value) for name in ("pi", *FUNCTIONS))
+
+
+SHAPES = """
+[parameters]
+wide = "{wide} mm"
+throw = "{throw} mm"
+[material.own]
+young = "3 GPa"
+poisson = 0.4
+density = {density}
+[body]
+crank = {{ section = ["{high} mm", "$wide"], points = {{ A = 0, B = "$throw" }}, material = "own" }}
+[body.rod]
+section = "$wide / 2"
+points = {{ B = "-60 mm", C = 0.06 }}
+length = "$throw + 80 mm"
+material = "bronze"
+angle = "2 deg"
+[body.slider]
+outline = [[0, 0], ["$wide", 0], ["$wide", "{high} mm"], [0, "{high} mm"]]
+thickness = "{high} mm"
+holes = [["$wide / 2", "{high} mm", "$wide / 10"]]
+points = {{ C = ["1 mm", 0] }}
+[joint]
+A = {{ kind = "Revolute", a = "ground", b = "crank.A" }}
+B = {{ kind = "Revolute", a = "crank.B", b = "rod.B" }}
+C = {{ kind = "Revolute", a = "rod.C", b = "slider.C" }}
+guide = {{ kind = "Prismatic", a = "ground", b = "slider.C" }}
+[drive]
+crank = {{ target = "crank", speed = "300 rpm" }}
+"""
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_bars_and_plates_of_a_file_are_those_of_python(seed, tmp_path):
+    """Random sections, outlines and densities, by parameters: bit for bit, and as the file that is
+    written of the scene has their masses.
+    """
+    wide, throw, high, density = np.random.default_rng(seed).uniform(
+        [5.0, 20.0, 2.0, 500.0], [40.0, 60.0, 30.0, 9e3]
+    )
+    text = SHAPES.format(wide=wide, throw=throw, high=high, density=density)
+    scene = case_of(tmp_path, text).scene()
+    wide, throw, high = (cl.units.quantity(f"{n} mm") for n in (wide, throw, high))
+    own = cl.Material("own", 3e9, 0.4, density)
+    corners = [(0.0, 0.0), (wide, 0.0), (wide, high), (0.0, high)]
+    expected = [
+        cl.Body.bar("crank", {"A": 0.0, "B": throw}, (high, wide), material=own),
+        cl.Body.bar(
+            "rod",
+            {"B": -0.06, "C": 0.06},
+            wide / 2.0,
+            length=throw + 0.08,
+            material="bronze",
+            angle=math.radians(2.0),
+        ),
+        cl.Body.plate(
+            "slider",
+            corners,
+            high,
+            holes=[(wide / 2.0, high, wide / 10.0)],
+            points={"C": (1e-3, 0.0)},
+        ),
+    ]
+    again = case_of(tmp_path, toml_of(scene)).scene()
+    for body, written, wanted in zip(scene.bodies, again.bodies, expected, strict=True):
+        for name in ("name", "mass", "inertia", "com", "points"):
+            assert getattr(body, name) == getattr(written, name) == getattr(wanted, name)
+        assert body.angle == pytest.approx(wanted.angle, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        ('section = "$wide / 2"', 'section = "2 kg"', "rod.section: section: '2 kg' is in kg"),
+        ('angle = "2 deg"', "mass = 1", "rod.mass: unknown field 'mass' of a bar; it has name, "),
+        ('length = "$throw + 80 mm"', 'lenght = "1 m"', "(did you mean length?)"),
+        ('points = {{ B = "-60 mm", C = 0.06 }}', "", "rod: Body.bar() missing"),
+        ('"bronze"', '"bronz"', "rod.material: unknown material 'bronz' (did you mean bronze?)"),
+        ('thickness = "{high} mm"', "", "slider: Body.plate() missing"),
+        (', "$wide / 10"]', "]", "a hole is (x, y, radius) [m], got"),
+    ],
+)
+def test_messages_of_bars_and_plates(right, wrong, message, tmp_path):
+    """File, line and field, as of other bodies."""
+    text = SHAPES.replace(right, wrong).format(wide=10, throw=50, high=5, density=1e3)
+    with pytest.raises(ValueError, match=r"machine\.toml:\d+: body\.") as refused:
+        case_of(tmp_path, text).scene()
+    assert message in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[body]\nmass = 1\n", r":2: body.mass: expected a table, got 1; \[body.NAME\] begins"),
+        ("[body]\nb = 3\n", r":2: body.b: expected a table, got 3"),
+        ("[drive]\nspeed = 3\n", r":2: drive.speed: expected a table, got 3; \[drive.NAME\]"),
+        ("[[drive]]\nspeed = 3\n", r":1: drive: expected a table, got \[.*\]; \[drive.NAME\]"),
+        ("[body]\nb = {mass = 1}\nb.mass = 3\n", ":3: b.mass stands there twice"),
+        ('[body]\nb = { mass = "1 kg",\n inertia = 1 }\n', r":2: .*\{ \} is one line, with"),
+        ("[body]\nb.mass = 1 kg\n", ":2: .*stand in quotes"),
+    ],
+)
+def test_slips_of_tables_and_of_the_syntax(text, message, tmp_path):
+    """Elements without a name, and values without quotes: the line and the remedy."""
+    with pytest.raises(ValueError, match=rf"machine\.toml{message}"):
+        case_of(tmp_path, text).scene()
 
 
 @pytest.mark.parametrize("name", ["table", "fast", "conserving", "short", "long", "sommerfeld"])
