@@ -2,6 +2,8 @@
 would mean nothing.
 """
 
+import re
+
 import h5py
 import numpy as np
 import pytest
@@ -565,11 +567,8 @@ def test_users17_a_dry_run_names_both_ways_to_errors(model, tmp_path, typed):
     speed, gap = rng.uniform(20.0, 40.0), rng.uniform(0.1, 0.5)
     words = ["slider_crank", "-p", f"model={model}", "-p", f"speed={speed:.3f}"]
     words = ["run", *words, "-p", f"clearance={gap:.3f}mm", "--turns", "0.1"]
-    line = next(
-        n
-        for n in typed(*words, "-o", tmp_path / "a.h5").out.splitlines()
-        if n.startswith("  error  ")
-    )
+    lines = re.split(r"\n(?=  \w)", typed(*words, "-o", tmp_path / "a.h5").out)
+    line = next(" ".join(n.split()) for n in lines if n.startswith("  error  "))
     reason = typed(*words, "--json -o", tmp_path / "b.h5").document["errors"].get("reason", "")
     for text in (line, reason):
         assert [way in text for way in ("--error 1e-3", "--steady 1e-6")] == [model == "dry"] * 2

@@ -143,9 +143,9 @@ def test_teeth_that_start_apart_are_named():
 
 
 @cl.signal
-def swinging(time, place):
+def swinging(time, first):
     """An angle at t = 0, and a rate."""
-    return place + 0.5 * time
+    return first + 0.5 * time
 
 
 @pytest.mark.parametrize("driven", ["body", "hinge", "second", "carrier"])
@@ -169,7 +169,7 @@ def test_teeth_of_driven_wheels_are_those_of_the_start(driven, way):
         target = {"body": one, "hinge": first, "second": two, "carrier": arm}[driven]
         effort = {"speed": {"speed": 1.0}, "torque": {"torque": 0.0}}.get(way, {})
         drive = (
-            cl.Drive(target, motion=swinging(place=start))
+            cl.Drive(target, motion=swinging(first=start))
             if way == "motion"
             else cl.Drive(target, start=start, **effort)
         )

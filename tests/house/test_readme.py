@@ -183,7 +183,8 @@ def test_users21_printed_block(tmp_path, monkeypatch, capsys):
     block = next(b for b in re.findall(r"```text\n(.*?)```", TEXT["README.md"], re.DOTALL))
     command, *lines = block.splitlines()
     assert cli.main([*shlex.split(command.removeprefix("$ clearance ")), "-o", "run.h5"]) == 0
-    shown = {tuple(line.split()[:2]): line for line in capsys.readouterr().out.splitlines()}
+    printed = re.split(r"\n(?=  \w)", capsys.readouterr().out)
+    shown = {tuple(line.split()[:2]): line for line in printed}
     for line in re.split(r"\n(?=  \w)", "\n".join(lines)):
         texts = " ".join(line.split()), " ".join(shown[tuple(line.split()[:2])].split())
         wanted, actual = (re.sub(r"\(\w*_\w*\)", "", text) for text in texts)

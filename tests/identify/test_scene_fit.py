@@ -409,7 +409,7 @@ def test_each_run_of_a_fit_reports_its_progress(seed, monkeypatch):
 
 
 def test_a_bar_that_is_closed_stays_so(monkeypatch):
-    """Runs of a result that is asked later show nothing."""
+    """A result runs later, and shows nothing."""
     lines = []
     monkeypatch.setattr(progress_bar, "INTERVAL", 0.0)
     with progress_bar.ProgressBar("fit", lines.append) as bar:

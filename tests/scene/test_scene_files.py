@@ -292,10 +292,10 @@ def test_bars_and_plates_of_a_file_are_those_of_python(seed, tmp_path):
     text = SHAPES.format(wide=wide, throw=throw, high=high, density=density)
     scene = case_of(tmp_path, text).scene()
     wide, throw, high = (cl.units.quantity(f"{n} mm") for n in (wide, throw, high))
-    own = cl.Material("own", 3e9, 0.4, density)
+    plastic = cl.Material("own", 3e9, 0.4, density)
     corners = [(0.0, 0.0), (wide, 0.0), (wide, high), (0.0, high)]
     expected = [
-        cl.Body.bar("crank", {"A": 0.0, "B": throw}, (high, wide), material=own),
+        cl.Body.bar("crank", {"A": 0.0, "B": throw}, (high, wide), material=plastic),
         cl.Body.bar(
             "rod",
             {"B": -0.06, "C": 0.06},
