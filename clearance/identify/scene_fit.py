@@ -514,8 +514,8 @@ class Problem(Varying):
     def lowest(self, count: int, seed: int) -> Iterator[np.ndarray]:
         """The best of Sobol' points between the bounds."""
         points = self.spread(max(LOOKED, count), seed) if count else ()
-        looked = [self.shifted(np.append(point, self._still())) for point in points]
-        yield from self.apart(sorted(looked, key=lambda x: self.priced(x).cost))[:count]
+        looked = [self.priced(self.shifted(np.append(p, self._still()))) for p in points]
+        yield from self.apart(e.x for e in sorted(looked, key=lambda e: e.cost))[:count]
 
     def followed(self, x: np.ndarray, report: Callable[[float], None]) -> "Solved":
         """The least cost from a start, whose shifts are looked for first, and at its end.

@@ -900,6 +900,19 @@ def test_fewer_values_than_unknowns_are_refused(seed):
     assert call(max(least, 2 * count)).size >= least
 
 
+@pytest.mark.parametrize("seed", range(2))
+def test_points_that_starts_are_taken_from_run_once(monkeypatch, seed):
+    """Each of 32 points, with the shift of its sensor or without; starts rise in cost."""
+    nuisances, runs, steps = ("shift",) * (seed % 2), [], Problem._steps
+    monkeypatch.setattr(Problem, "_steps", lambda *a: runs.append(1) or steps(*a))
+    free = [Free(n, *b) for n, b in FREE.items()]
+    problem = Problem(oscillator(), free, [Curve(noisy(seed), "bodies/block/x", None, nuisances)])
+    starts = [*problem.lowest(3, seed)]
+    assert len(runs) == 32
+    costs = [problem.priced(x).cost for x in starts]
+    assert costs == sorted(costs)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_a_dead_sensor_is_named(tmp_path, seed):
     """One of several channels of one of several files has the same number in all rows: file, column
