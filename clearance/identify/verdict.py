@@ -7,7 +7,8 @@ tau is the autocorrelation time of the residuals, in values, where they are not 
 values are worth n / tau facts. Where an interval is wider than WIDE or two parameters are
 correlated by more than CORRELATED, the interval is that of the profile likelihood: the least cost
 with the parameter held grows by t^2 s^2 tau / 2. Parameters of wide intervals correlated by more
-than TOGETHER are inseparable; the product that the records see is stated in their place.
+than TOGETHER are inseparable where the cost stays half of the way to their bounds. The product that
+the records see is stated in their place.
 
 Source: Seber and Wild, Nonlinear Regression (2003), sections 2.1 and 5.2; Venzon and Moolgavkar,
 Applied Statistics 37 (1988) 87, for profiles.
@@ -33,6 +34,7 @@ from clearance.metrics.statistics import student
 WIDE = 0.5  # half of an interval over its value, from which the profile is taken
 CORRELATED, TOGETHER = 0.95, 0.999
 EDGE = 1e-6  # of the width of the bounds: at its bound
+HALFWAY = 0.5  # to the bounds: place where inseparable parameters cost no more
 STRAIGHT = 0.25  # least growth of the cost over that of a parabola, or its inverse, of an interval
 CLOSE = 0.02  # of t, to which the end of a profile is looked for
 TRIES = 8  # points of one side of a profile, at most
@@ -40,6 +42,8 @@ TRIES = 8  # points of one side of a profile, at most
 APART, SIGNIFICANT = 3.0, 5.9
 LARGE = 100.0  # logarithm of a factor beyond which nothing is stated
 DOUBTFUL = 0.01  # probability of a test from which on it is stated
+# values at an end of a record over those next to it, and their share of all, where a sensor clips
+PILED, CLIPPED = 5.0, 0.02
 EXACT = RunError()  # of runs without one
 
 
@@ -192,7 +196,7 @@ class Judge:
 
     def _product(self, columns: np.ndarray, group: Sequence[int]) -> str:
         """The product of parameters with these columns, in words; "" where the records allow all
-        that their bounds do.
+        that their bounds do, and where the parameters have ends between these.
         """
         order = np.argsort(np.linalg.norm(columns, axis=0))
         free, columns = [self.problem.free[group[k]] for k in order], columns[:, order]
@@ -203,6 +207,11 @@ class Judge:
         low, high = np.sort(powers * self.problem.bounds[:, group][:, order], axis=0).sum(axis=1)
         if total - half < low and total + half > high:
             return ""
+        ends = self._valley(group[0])
+        if any(self.growth(end) > self.quantile**2 for end in ends):
+            return ""
+        bent = (abs(powers @ (e.x - self.best.x)[group][order]) for e in ends)
+        half = max(half, *(b / HALFWAY**2 for b in bent))  # grows with the square of the way
         if all(p.positive for p in free):
             terms = (f"{p.name}^{n:g}" for p, n in zip(free, powers, strict=True))
             enter = " * ".join(term.removesuffix("^1") for term in terms)
@@ -213,6 +222,16 @@ class Judge:
             size = f"{total:.4g} +- {half:.2g} of their coordinates"
         *names, last = (p.name for p in free)
         return f"{', '.join(names)} and {last} cannot be told apart: they enter as {enter}, {size}"
+
+    def _valley(self, k: int) -> list[Solved]:
+        """Least costs with a parameter half as far as others make up for it between bounds."""
+        x, line = self.best.x, self.covariance[:, k] / self.covariance[k, k]
+        limits = np.where(line > 0.0, self.problem.bounds, self.problem.bounds[::-1])
+        reach = np.abs(limits - x) / np.maximum(np.abs(line), 1e-300)
+        ends = (
+            x + way * HALFWAY * r.min() * line for way, r in zip((-1.0, 1.0), reach, strict=True)
+        )
+        return [self.problem.solved(e, {k: float(e[k])}, most=MOST_LEADING) for e in ends]
 
     def interval(self, k: int, hidden: bool) -> Interval:
         """The interval of a parameter."""
@@ -279,6 +298,14 @@ def _alone(slopes: np.ndarray, group: Sequence[int]) -> np.ndarray:
     """Columns of parameters without the part that all others make up for."""
     columns, others = slopes[:, group], np.delete(slopes, group, axis=1)
     return columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0]
+
+
+def clipped(values: np.ndarray) -> float:
+    """Share of values that are the largest or the least, where these stand out from their next."""
+    counts = np.unique(values, return_counts=True)[1]
+    return (
+        sum(int(c[0]) for c in (counts, counts[::-1]) if c[0] > PILED * c[1:2].sum()) / values.size
+    )
 
 
 def chances(growths: Sequence[float]) -> list[float]:
@@ -358,6 +385,12 @@ def _doubts(
     error: RunError,
 ) -> Iterator[str]:
     """Sentences that a reader must see."""
+    for curve in problem.curves:
+        if (share := clipped(curve.measured.values)) > CLIPPED:
+            yield (
+                f"{curve.label}: {share:.0%} of the values are its largest or least: does the "
+                "sensor clip? Leave these rows out"
+            )
     low, high = problem.bounds
     edges = np.minimum(best.x - low, high - best.x) < EDGE * (high - low)
     pairs = zip(intervals, problem.free, strict=True)

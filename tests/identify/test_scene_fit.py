@@ -874,6 +874,83 @@ def test_a_product_that_the_records_do_not_see_is_no_product(seed):
         assert judged.doubts == []
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_sensor_that_clips(seed):
+    """Its range ends at 50 to 90 % of the deflection on one side: a sentence states it. Without
+    these rows the truth is within four deviations. A range that is long enough has none, nor steps
+    of 6 to 10 bits.
+    """
+    random, data = np.random.default_rng(seed), noisy(seed)
+    high, span = data.values.max(), np.ptp(data.values)
+    top = 5.0 + random.uniform(0.5, 0.9) * (high - 5.0)
+    values = np.minimum(data.values, top)
+    steps = span / 2 ** random.integers(6, 11)
+    rows = {
+        "clipped": record(TIMES, values),
+        "others": record(TIMES[values < top], values[values < top]),
+        "in steps": record(TIMES, np.round(data.values / steps) * steps),
+    }
+    share = np.mean(values == top)
+    sentence = f"bench.csv, x: {share:.0%} of the values are its largest or least"
+    for name, measured in rows.items():
+        problem = problem_at(measured, 0.02)
+        best = problem.solved(np.log([STIFFNESS, DAMPING]))
+        judged = verdict(problem, best, [best])
+        clips = [d for d in judged.doubts if "clip" in d]
+        assert bool(clips) == (name == "clipped" and share > 0.02)
+        assert all(d.startswith(sentence) for d in clips)
+        for i, value in zip(judged.intervals, (STIFFNESS, DAMPING), strict=True):
+            assert name == "clipped" or abs(i.value - value) < 4.0 * i.deviation
+
+
+def apart(first=1.0, second=1.0):
+    """An oscillator whose damping hangs a little on one of two factors of its stiffness."""
+    return oscillator(first * second, DAMPING * first**0.02)
+
+
+def bent(first=1.0, second=1.0, beside=0.0):
+    """An oscillator whose stiffness is no product of powers."""
+    return oscillator(first * second + beside * first)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_parameters_that_are_apart_between_wide_bounds_have_intervals(seed):
+    """They are correlated by more than 0.9999, and their intervals hold the truth: in logarithms
+    within 1.5 of their half widths, three deviations.
+    """
+    random = np.random.default_rng(seed)
+    truth = np.exp(random.uniform(-1.0, 1.0, 2))
+    values = exact(TIMES, truth.prod(), DAMPING * truth[0] ** 0.02)
+    data = record(TIMES, values + random.normal(0.0, 0.01, TIMES.size))
+    bounds = dict.fromkeys(("first", "second"), (1e-5, 1e5))
+    judged = fit(apart, data, bounds, "bodies/block/x", noise=0.01, starts=1).verdict
+    assert abs(judged.correlation[0, 1]) > 0.9999
+    assert judged.products == []
+    for i, value in zip(judged.intervals, truth, strict=True):
+        assert i.kind == "profile"
+        assert (i.low / i.value) ** 1.5 < value / i.value < (i.high / i.value) ** 1.5
+        assert i.high < 1e4 * i.low
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_product_that_holds_near_the_estimate_is_stated_with_its_error(seed):
+    """A stiffness of a b + c a between bounds of a factor of nine is no product of powers: at the
+    truth, that stated is within its factor.
+    """
+    random = np.random.default_rng(seed)
+    beside, truth = random.uniform(0.2, 1.0), np.exp(random.uniform(-1.0, 1.0, 2))
+    stiffness = truth[0] * (truth[1] + beside)
+    data = record(TIMES, exact(TIMES, stiffness) + random.normal(0.0, 0.01, TIMES.size))
+    bounds = dict.fromkeys(("first", "second"), (1.0 / 3.0, 3.0))
+    scene = cl.load_case(bent, beside=beside)
+    (line,) = fit(scene, data, bounds, "bodies/block/x", noise=0.01, starts=1).verdict.products
+    terms, _, number = line.partition("enter as ")[2].rpartition(", ")
+    value, factor = map(float, number.split(" within a factor of "))
+    powers = {t.partition("^")[0]: float(t.partition("^")[2] or 1) for t in terms.split(" * ")}
+    product = truth[0] ** powers["first"] * truth[1] ** powers["second"]
+    assert 1.0 / factor < product / value < factor
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_fewer_values_than_unknowns_are_refused(seed):
     """Values of one to three records beside parameters, nuisances and, where it is not stated, the
