@@ -178,10 +178,10 @@ class Judge:
         wide = [k for k in range(len(self.problem.free)) if self._wide(k)]
         seen = _alone(slopes, wide)
         seen = seen / np.maximum(np.linalg.norm(seen, axis=0), 1e-300)
-        groups = [[*compress(wide, row)] for row in np.abs(seen.T @ seen) > TOGETHER]
-        groups += [[*p] for p in combinations(wide, 2) if abs(self.correlated[p]) > TOGETHER]
-        for group in groups:
-            new = len(group) > 1 and not hidden.issuperset(group)
+        groups = [(*compress(wide, row),) for row in np.abs(seen.T @ seen) > TOGETHER]
+        groups += [p for p in combinations(wide, 2) if abs(self.correlated[p]) > TOGETHER]
+        for group in map(list, dict.fromkeys(g for g in groups if len(g) > 1)):
+            new = not hidden.issuperset(group)
             if new and (line := self._product(_alone(slopes, group), group)):
                 lines.append(line)
                 hidden |= {*group}
@@ -196,7 +196,7 @@ class Judge:
 
     def _product(self, columns: np.ndarray, group: Sequence[int]) -> str:
         """The product of parameters with these columns, in words; "" where the records allow all
-        that their bounds do, and where the parameters have ends between these.
+        that their bounds do, where the parameters have ends between these, and for no product.
         """
         order = np.argsort(np.linalg.norm(columns, axis=0))
         free, columns = [self.problem.free[group[k]] for k in order], columns[:, order]
@@ -208,10 +208,10 @@ class Judge:
         if total - half < low and total + half > high:
             return ""
         ends = self._valley(group[0])
-        if any(self.growth(end) > self.quantile**2 for end in ends):
+        bent = max(abs(powers @ (e.x - self.best.x)[group][order]) for e in ends) / HALFWAY**2
+        if bent > WIDE or any(self.growth(end) > self.quantile**2 for end in ends):
             return ""
-        bent = (abs(powers @ (e.x - self.best.x)[group][order]) for e in ends)
-        half = max(half, *(b / HALFWAY**2 for b in bent))  # grows with the square of the way
+        half = max(half, bent)
         if all(p.positive for p in free):
             terms = (f"{p.name}^{n:g}" for p, n in zip(free, powers, strict=True))
             enter = " * ".join(term.removesuffix("^1") for term in terms)
