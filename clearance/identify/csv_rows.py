@@ -11,7 +11,6 @@ import math
 import re
 from collections.abc import Sequence
 from itertools import takewhile
-from typing import NamedTuple
 
 from clearance.values.units import UNITS, plain
 
@@ -32,34 +31,30 @@ DEEPEST = 1000  # lines among which a header is looked for
 Line = tuple[int, str]  # number and text
 
 
-class Rows(NamedTuple):
-    """Comments of a file, lines that begin with #; numbers and cells of header and rows."""
+def rows_of(text: str, fewest: int) -> tuple[list[str], list[int], list[list[str]]]:
+    """Comments of a text without #; numbers and cells of the lines of header and rows.
 
-    comments: list[str]
-    numbers: list[int]
-    cells: list[list[str]]
-
-
-def rows_of(text: str, fewest: int) -> Rows:
-    """Header and rows of a text, of as many cells each; names have their units in brackets.
+    All have as many cells, and names their units in brackets.
 
     Raises ValueError for fewer lines, for no header, and naming a line that has no end or too many
     cells.
     """
     if "\0" in text:
         raise ValueError("not a text file: it has a NUL character")
-    lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip(MARKS + " ")]
-    comments = [(i, line) for i, line in lines if line.lstrip().startswith("#")]
-    content = [(i, line) for i, line in lines if not line.lstrip().startswith("#")]
-    above = [(i, line.lstrip(" #")) for i, line in comments if content and i < content[0][0]][-1:]
-    table, mark = _table(content) or _table(above + content) or (content, "")
-    mark = mark or next((m for m in MARKS if content and m in content[0][1]), MARKS[-1])
+    notes, content = [], []
+    for i, line in enumerate(text.splitlines(), 1):
+        if line.strip(MARKS + " "):
+            (notes if line.lstrip().startswith("#") else content).append((i, line.lstrip(" #")))
+    above, first = [n for n in notes if [n] < content][-1:], "".join(t for _, t in content[:1])
+    usual = content, next((m for m in MARKS if m in first), MARKS[-1])
+    table, mark = _table(content) or _table(above + content) or usual
     cells = _parsed(table, mark)
     cells[:1] = [[UNIT.sub(r" [\1]", name.strip()) for name in row] for row in cells[:1]]
     if len(cells) > 1 and _units(cells[1], cells[0]):
-        pairs = zip(cells[0], (c.strip("[]() ") for c in cells[1]), strict=False)
-        cells[0][: len(cells[1])] = [f"{name} [{unit}]" if unit else name for name, unit in pairs]
-        table, cells = table[:1] + table[2:], cells[:1] + cells[2:]
+        del table[1]
+        for k, cell in enumerate(cells.pop(1)):
+            if unit := cell.strip("[]() "):
+                cells[0][k] += f" [{unit}]"
     if len(cells) < fewest:
         raise ValueError(
             f"no table: at least {fewest} lines are needed, a header and rows; got {len(cells)}"
@@ -71,7 +66,7 @@ def rows_of(text: str, fewest: int) -> Rows:
             hint = "; decimal commas need semicolons or tabs between cells" * (mark == ",")
             raise ValueError(f"line {i}: {len(row)} cells under a header of {len(cells[0])}{hint}")
         row += [""] * -more
-    return Rows([line for _, line in comments], [i for i, _ in table], cells)
+    return [note for _, note in notes], [i for i, _ in table], cells
 
 
 def number(cell: str) -> float | None:
@@ -86,8 +81,8 @@ def _table(lines: Sequence[Line]) -> tuple[Sequence[Line], str] | None:
     """Lines from the header on, and what parts their cells; None where none is a header."""
     most, table = 0, None
     for mark in MARKS:
-        first = lines[: DEEPEST + SEEN]
-        rows = [_parsed([line], mark)[0] if mark in line[1] else [] for line in first]
+        top = lines[: DEEPEST + SEEN]
+        rows = [_parsed([line], mark)[0] if mark in line[1] else [] for line in top]
         for i in range(len(rows)):
             if (count := _below(rows[i : i + SEEN + 1])) > most:
                 most, table = count, (lines[i:], mark)
@@ -114,10 +109,9 @@ def _names(row: Sequence[str]) -> bool:
 
 def _units(row: Sequence[str], head: Sequence[str]) -> bool:
     """True for units of columns with names, most of which are there."""
-    units = [plain(cell.strip("[]() ")) for cell in row]
-    stated = sum(unit in ALL_UNITS for unit in units)
-    no_more = len(row) <= len(head) and not _numeric(row)
-    return bool(no_more and stated and 2 * (stated + units.count("-")) >= len(row))
+    stated = sum(plain(cell.strip("[]() ")) in ALL_UNITS for cell in row)
+    some = 0 < len(row) - row.count("-") <= 2 * stated
+    return len(row) <= len(head) and not _numeric(row) and some
 
 
 def _numeric(row: Sequence[str]) -> int:

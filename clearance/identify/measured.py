@@ -16,6 +16,7 @@ from clearance.values.units import behind, plain
 
 #: names of the column that a record runs along, and its SI unit
 ALONG = {"time": "s", "t": "s", "angle": "rad", "turns": "rad", "crank angle": "rad"}
+NOT_MEASURED = "?", "N/m"  # N_m is no stiffness
 FEWEST = 4  # rows of a record
 
 
@@ -101,7 +102,8 @@ class Heading(NamedTuple):
         parts = name.split("_")
         for first in range(max(len(parts) - 3, 1), len(parts)):
             for mark in ("/", ""):
-                if (ending := plain(mark.join(parts[first:]))) in ALL_UNITS:
+                ending = plain(mark.join(parts[first:]))
+                if ALL_UNITS.get(ending, NOT_MEASURED)[0] not in NOT_MEASURED:
                     return cls(name, "_".join(parts[:first]), unit or ending)
         return cls(name, name, unit)
 

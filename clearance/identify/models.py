@@ -27,7 +27,7 @@ import numpy as np
 from clearance.identify import axis_kernel, lugre_kernel
 from clearance.identify.axis_kernel import Layout
 from clearance.identify.lugre_kernel import DAMPING, TORQUE, VISCOUS, Form
-from clearance.values.checks import finite, non_negative, one_of, positive, whole
+from clearance.values.checks import finite, known, non_negative, one_of, positive, whole
 
 Values = np.ndarray | Sequence[float] | Mapping[str, float]
 Bounds = Mapping[str, tuple[float, float]]
@@ -167,10 +167,8 @@ class Model:
         )
 
     def _check_names(self, parameters, names: Sequence[str], subject: str) -> None:
-        if unknown := [n for n in parameters if n not in names]:
-            raise ValueError(
-                f"{subject}: {self.name} has no parameter {unknown[0]!r}; it has {', '.join(names)}"
-            )
+        for name in parameters:
+            known(f"{subject}: {self.name} has no parameter", name, names)
 
     def array(self, values: Values) -> np.ndarray:
         """Values in the order of the parameters (p,).

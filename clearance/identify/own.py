@@ -59,11 +59,11 @@ def between(low: float, high: float, units: str = "1", start: float | None = Non
     Raises ValueError for bounds that do not rise and a start outside.
     """
     low, high = rising("between: bounds", (low, high))
-    middle = math.sqrt(low * high) if low > 0.0 else 0.5 * (low + high)
-    start = finite("between: start", middle if start is None else start)
+    parameter = Parameter("", units, low, high, math.nan).within((low, high), -math.inf)
+    start = finite("between: start", parameter.typical if start is None else start)
     if not low <= start <= high:
         raise ValueError(f"between: start must lie in [{low:g}, {high:g}], got {start:g}")
-    return Parameter("", units, low, high, start)
+    return replace(parameter, typical=start)
 
 
 @dataclass(frozen=True, eq=False)

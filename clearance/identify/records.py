@@ -41,10 +41,10 @@ import numpy as np
 from clearance.files.locks import replacing
 from clearance.files.texts import unpacked_text
 from clearance.identify.csv_rows import number, rows_of
+from clearance.identify.measured import Heading
 from clearance.identify.trials import (
     AXES,
     COLUMNS,
-    HEADINGS,
     LABELS,
     OPTIONAL,
     QUANTITIES,
@@ -54,11 +54,10 @@ from clearance.identify.trials import (
     Where,
     check,
     check_units,
-    spelled,
 )
 from clearance.results.reading import Damaged, Reader, open_checked
 from clearance.results.tables import provenance, save_tables
-from clearance.values.checks import known
+from clearance.values.checks import distinct, known
 from clearance.values.units import UNITS
 from clearance.values.units import plain as simple
 
@@ -116,9 +115,8 @@ class Raw(NamedTuple):
 
     def check(self, names: Iterable[str], even: bool = True) -> None:
         """Raise ValueError for a column that is missing, or that cannot be."""
-        if missing := [c for c in names if c not in self.columns]:
-            there = ", ".join(self.columns) or "none"
-            raise ValueError(f"trial {self.name!r} has no column {missing[0]}; it has {there}")
+        for name in names:
+            known(f"trial {self.name!r} has no column", name, self.columns)
         check(self.name, self.columns, self.row, even)
 
     def trial(self, even: bool) -> Trial:
@@ -220,11 +218,8 @@ def _csv(
     path: Path, predicts: Mapping[str, str] | None, renamed: Mapping[str, str]
 ) -> tuple[list[Raw], dict]:
     """Trials and facts of a CSV file."""
-    comments, (_, *lines), (header, *cells) = rows_of(unpacked_text(path), 2)
-    ours = {n.partition(" [")[0]: n for n in header if n.endswith("]") and not predicts}
-    ours = {n: heading for n, heading in ours.items() if n in COLUMNS and n not in renamed}
-    names = _renamed(header, {**renamed, **ours})
-    columns = _csv_series(names) if predicts else _csv_columns(names)
+    comments, (_, *lines), (names, *cells) = rows_of(unpacked_text(path), 2)
+    columns = _csv_series(names) if predicts else _csv_columns(names, renamed)
     table = dict(zip(names, zip(*cells, strict=True), strict=True))
     facts, by_trial = _csv_facts(comments)
     unused = [n for n in names if n not in columns and n not in ("trial", *LABELS)]
@@ -236,50 +231,39 @@ def _csv(
     return raws, facts
 
 
-def _renamed(names: list[str], wanted: Mapping[str, str]) -> list[str]:
-    """Headings of a file by our names, with the units that they have in brackets.
+def _csv_columns(names: list[str], renamed: Mapping[str, str]) -> dict[str, tuple[str, float, str]]:
+    """Columns of numbers by their heading: SI name, factor to SI, SI unit.
 
-    Raises ValueError for a heading that the file does not have, and for a unit of another kind.
+    renamed: headings by our names, with or without their unit. Raises ValueError for those that
+    cannot be.
     """
-    for ours, heading in wanted.items():
-        known("columns: no column", ours, COLUMNS)
-        stems = [n.partition("[")[0].strip() for n in names]
-        there = names if heading in names else stems
-        if heading not in there:
-            raise ValueError(f"columns: no column {heading!r}; there are {', '.join(names)}")
-        at = there.index(heading)
-        unit = simple(names[at].partition("[")[2].rstrip("] "))
-        units = {simple(u): u for u in ("", *COLUMNS[ours][1])}
-        if unit not in units:
-            raise ValueError(f"columns: {names[at]} must be in {' or '.join(COLUMNS[ours][1])}")
-        names[at] = spelled(ours, units[unit])
-    return names
-
-
-def _csv_columns(names: list[str]) -> dict[str, tuple[str, float, str]]:
-    """Columns of numbers by their heading: SI name, factor to SI, SI unit. Raises ValueError for
-    those that cannot be.
-    """
-    _check_once(names, "column {!r} comes twice")
+    distinct("columns", names)
+    heads = {name: Heading.of(name) for name in names}
+    ours, present = {name: head.stem for name, head in heads.items()}, {}
+    for column, heading in renamed.items():
+        known("columns: no column", column, COLUMNS)
+        there = {word: name for name, head in heads.items() for word in (name, *head[:2])}
+        known("columns: no column", heading, there)
+        ours[there[heading]] = column
     needed = tuple(q for q in QUANTITIES if q != OPTIONAL)
-    for name in names:
-        if name not in HEADINGS and name.lower().startswith(needed):
-            headings = ", ".join(["trial", *LABELS, *HEADINGS])
+    for name, column in ours.items():
+        if column in COLUMNS:
+            of, factors = heads[name].unit, COLUMNS[column][1]
+            units = {simple(unit): factor for unit, factor in factors.items()}
+            if of not in ("", *units):
+                raise ValueError(f"column {name!r} must be in {' or '.join(factors)}")
+            present[name] = column, units.get(of, 1.0), next(iter(factors))
+        elif column.lower().startswith(needed):
+            headings = ", ".join(["trial", *LABELS, *COLUMNS])
             raise ValueError(f"column {name!r} is not known; known are {headings}")
-    present = {n: HEADINGS[n] for n in names if n in HEADINGS}
     stems = [stem for stem, *_ in present.values()]
-    _check_once(stems, "column {} comes twice, in different units")
+    distinct("columns in SI", stems)
     for quantity in needed:
         if not any(s.startswith(quantity) for s in stems):
             *wanted, last = [c for c in COLUMNS if c.startswith(quantity)]
             wanted = f"{', '.join(wanted)} or {last}" if wanted else last
             raise ValueError(f"there is no column {wanted}; there are {', '.join(names)}")
     return present
-
-
-def _check_once(names: list[str], message: str) -> None:
-    if twice := [n for n in names if names.count(n) > 1]:
-        raise ValueError(message.format(twice[0]))
 
 
 def _csv_series(names: list[str]) -> dict[str, tuple[str, float, str]]:
@@ -295,7 +279,7 @@ def _csv_series(names: list[str]) -> dict[str, tuple[str, float, str]]:
             continue
         kind, factor = _si(units.rstrip("] ")) if bracket else ("", 1.0)
         series[heading] = stem.strip(), factor, kind
-    _check_once([stem for stem, *_ in series.values()], "column {!r} comes twice")
+    distinct("columns", (stem for stem, *_ in series.values()))
     return series
 
 
@@ -304,7 +288,7 @@ def _csv_facts(comments: Iterable[str]) -> tuple[dict, dict[str, dict]]:
     facts: dict = {}
     by_trial: dict[str, dict] = {}
     for text in comments:
-        name, equals, value = text.lstrip("# ").partition("=")
+        name, equals, value = text.partition("=")
         trial, dot, short = name.strip().rpartition(".")
         if not equals or not short:
             continue

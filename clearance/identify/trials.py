@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from clearance.identify.measured import check_varies
-from clearance.values.checks import identifier, one_of
+from clearance.values.checks import distinct, identifier, known, one_of
 
 AXES = "xyz"
 #: roles of a trial
@@ -32,17 +32,6 @@ COLUMNS = {
 }
 
 
-def spelled(column: str, unit: str) -> str:
-    """The heading of a column in a unit, which may be none."""
-    return f"{column}_{unit}".rstrip("_").replace("/", "_").replace(" ", "_")
-
-
-#: heading in CSV -> column, factor to SI, SI unit
-HEADINGS = {
-    spelled(column, unit): (column, units.get(unit, 1.0), next(iter(units)))
-    for column, (_, units) in COLUMNS.items()
-    for unit in ("", *units)
-}
 #: fewest samples of a trial
 FEWEST = 50
 #: share of a step by which two samples may be nearer or farther than the others: rounded clocks, no
@@ -222,20 +211,13 @@ class Measurement:
         object.__setattr__(self, "trials", tuple(trials))
         if not self.trials:
             raise ValueError("the measurement has no trials")
-        names = [t.name for t in self.trials]
-        if twice := [n for n in names if names.count(n) > 1]:
-            raise ValueError(
-                f"trial {twice[0]!r} comes {names.count(twice[0])} times; names of trials must "
-                f"differ"
-            )
+        distinct("names of trials", [t.name for t in self.trials])
 
     def of(self, *roles: str) -> "Measurement":
         """The trials of these roles. Raises ValueError for one that no trial has."""
         there = dict.fromkeys(t.role for t in self.trials)
-        if absent := [r for r in roles or ("none",) if r not in there]:
-            raise ValueError(
-                f"no trial has a role of {', '.join(absent)}; there are {', '.join(there)}"
-            )
+        for role in roles or ("none",):
+            known("no trial has a role of", role, there)
         return Measurement(tuple(t for t in self.trials if t.role in roles), self.facts)
 
     def with_predicted(self, others: "Measurement") -> "Measurement":

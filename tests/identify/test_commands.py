@@ -329,10 +329,10 @@ def test_preloads(tmp_path, capsys):
     ("arguments", "message"),
     [
         (["--model", "dahl"], "model must be one of lugre1d, lugre3d, curve, lstm; got 'dahl'"),
-        (["--roles", "exam"], "no trial has a role of exam"),
+        (["--roles", "exam"], "no trial has a role of 'exam'"),
         (
             ["--roles", "training,tset"],
-            "no trial has a role of tset; there are training, test, extrapolation",
+            "no trial has a role of 'tset'",
         ),
         (["--seed", "-1"], "--seed must be a whole number from 0 to 9223372036854775807, got -1"),
         (["-p", "knots"], "-p knots: expected NAME=VALUE"),

@@ -32,8 +32,11 @@ def above(random, mark):
 
 
 def head(random, names, mark):
-    """Names with units behind them, in brackets or not, or in a row below."""
-    style = random.integers(5)
+    """Names with units behind them, in brackets or behind underscores, or in a row below."""
+    style = random.integers(6)
+    if style == 5:
+        ends = {"time": "ms", "w": "deg_s", "M": "N_mm"}
+        return [mark.join(f"{n}_{ends[n]}" if n in UNITS else n for n in names)]
     if style < 2:
         ends = ("[]", "()")[style]
         return [mark.join(f"{n} {ends[0]}{UNITS[n]}{ends[1]}" if n in UNITS else n for n in names)]
@@ -75,7 +78,7 @@ def test_files_of_any_form(tmp_path, seed):
     path = tmp_path / ("bench.csv", "bench.csv.gz")[seed % 2]
     time, rate, torque = written(path, seed)
     record = measured.read(path, "M")
-    assert (record.along, record.units, record.column) == ("time", "N m", "M")
+    assert (record.along, record.units, record.column[0]) == ("time", "N m", "M")
     np.testing.assert_allclose(record.x, time, rtol=1e-11, atol=1e-11)
     np.testing.assert_allclose(record.values, torque, rtol=1e-11, atol=1e-11)
     (trial,) = records.read(path, columns=COLUMNS).trials

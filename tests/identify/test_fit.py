@@ -734,13 +734,13 @@ def spoilt(name, value) -> Measurement:
     [
         (
             lambda: fit(small(), roles=("validation",)),
-            "no trial has a role of validation; there are training, test",
+            "no trial has a role of 'validation'; there are training, test",
         ),
         (
             lambda: fit(small(), roles=("training", "tset")),
-            "no trial has a role of tset; there are training, test",
+            "no trial has a role of 'tset'",
         ),
-        (lambda: fit(small(), roles=()), "no trial has a role of none; there are training, test"),
+        (lambda: fit(small(), roles=()), "no trial has a role of 'none'; there are training, test"),
         (lambda: fit(small(), seed=-1), "seed must be a whole number of at least 0, got -1"),
         (lambda: fit(broken(rate=np.zeros((2000, 3)))), "'training_x_0' never moves"),
         (lambda: fit(small(), "lugre"), "model must be one of .*'lugre'"),

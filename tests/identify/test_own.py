@@ -277,7 +277,7 @@ def test_series_come_back_from_their_files(tmp_path):
         for name in ("x", "f"):
             np.testing.assert_array_equal(actual[name], series[name])
         assert (actual.role, actual.units["x"], actual.facts["preload"]) == ("test", "m", 3.0)
-    with pytest.raises(ValueError, match="has no column y; it has time, x, f"):
+    with pytest.raises(ValueError, match="has no column 'y'; it has time, x, f"):
         read(tmp_path / "a.h5", predicts={"y": "m"})
     with pytest.raises(ValueError, match="column x: its units are m, the model predicts N"):
         read(tmp_path / "a.h5", predicts={"x": "N"})

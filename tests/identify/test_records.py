@@ -214,12 +214,15 @@ def test_csv_of_several_trials_whose_torques_are_not_the_same(tmp_path):
         ),
         (
             lambda r: [x.replace("rate_z", "rate_z_deg") for x in r],
-            "column 'rate_z_deg' is not known; known are trial",
+            "column 'rate_z_deg' must be in rad/s or deg/s",
         ),
-        (lambda r: [x.replace("rate_z", "torque_z") for x in r], "column 'torque_z' comes twice"),
+        (
+            lambda r: [x.replace("rate_z", "torque_z") for x in r],
+            "columns: 'torque_z' stands there twice",
+        ),
         (
             lambda r: ["time,rate_z,rate_z_deg_s,torque_z", *(x + ",1.0" for x in r[1:])],
-            "rate_z comes twice, in diff",
+            "columns in SI: 'rate_z' stands there twice",
         ),
         (
             lambda r: [*r[:10], "0.009,nan,1.0", *r[11:]],
@@ -326,7 +329,7 @@ def spoilt(column, row, value):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"time": None}, "trial 'run' has no column time; it has rate_z, torque_z"),
+        ({"time": None}, "trial 'run' has no column 'time'; it has rate_z, torque_z"),
         ({"torque_z": None}, "no column torque_x, torque_y or torque_z"),
         ({"rate_z": None}, "a column torque_z but no column rate_z"),
         ({"rate_z": ("rpm", RATE)}, "column rate_z: its units must be rad/s or deg/s, got 'rpm'"),
@@ -486,10 +489,10 @@ def test_measurements(measurement):
     with pytest.raises(KeyError, match="no trial 'c'; there are b, a"):
         measurement.named("c")
     with pytest.raises(
-        ValueError, match="no trial has a role of extrapolation; there are test, training"
+        ValueError, match="no trial has a role of 'extrapolation'; there are test, training"
     ):
         measurement.of("extrapolation")
-    with pytest.raises(ValueError, match="trial 'a' comes 2 times"):
+    with pytest.raises(ValueError, match="names of trials: 'a' stands there twice"):
         Measurement((trial(), trial()))
     with pytest.raises(ValueError, match="has no trials"):
         Measurement(())

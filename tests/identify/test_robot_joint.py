@@ -111,7 +111,7 @@ def test_the_command_predicts_another_speed(tmp_path, capsys):
     assert slow_error == pytest.approx(0.02, rel=0.03)
     assert fast_error < 0.1  # a fifth of its torque: the angle reaches twice as far
     assert main(["identify", "--data", str(slow), "--columns", "rate_z=spee"]) == 2
-    assert "no column 'spee'; there are time [s]" in capsys.readouterr().err
+    assert "no column 'spee' (did you mean speed?); there are time [s]" in capsys.readouterr().err
     assert main(["identify", "--data", str(slow), "--columns", "rate=speed"]) == 2
     assert "no column 'rate'" in capsys.readouterr().err
     assert main([*call, *options, "--lag"]) == 2

@@ -270,5 +270,5 @@ def test_stability_bounds_of_models_without_one(fits):
 def test_a_role_that_is_missing(measurement):
     """Errors of a role without trials are refused with its name."""
     only = measurement.of("training")
-    with pytest.raises(ValueError, match="no trial has a role of test"):
+    with pytest.raises(ValueError, match="no trial has a role of 'test'"):
         studies.errors({"curve": fit(only, "curve")}, only)
