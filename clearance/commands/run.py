@@ -284,16 +284,11 @@ def _settled_lines(s: dict) -> list[str]:
     for name, drive in s["drives"].items():
         bracket = _bracket(drive, "startup_peak")
         effort = with_error(drive["peak"], drive.get("peak_error"), drive["units"], bracket)
-        line = f"  drive {name:<6} peak effort {effort}"
-        lines.append(
-            line
-            + (
-                f", {drive['peak_ideal']:.6g} without joint friction in the same motion"
-                if "peak_ideal" in drive
-                else ""
-            )
-            + (f", mean power {drive['mean_power']:.4g} W" if "mean_power" in drive else "")
-        )
+        lines.append(f"  drive {name:<6} peak effort {effort}")
+        if "peak_ideal" in drive:
+            lines[-1] += f", {drive['peak_ideal']:.6g} without joint friction in the same motion"
+        if "mean_power" in drive:
+            lines[-1] += f", mean power {drive['mean_power']:.4g} W"
     return lines
 
 

@@ -312,14 +312,11 @@ def readable(document: dict, first: tuple[str, ...] = ()) -> list[str]:
     for name, m in ordered[:SHOWN]:
         units = behind(m["units"])
         lines.append(f"  {name:<38} {_range(name, m, units, at)}")
-    if len(d["metrics"]) > SHOWN:
-        lines.append(f"  and {len(d['metrics']) - SHOWN} more metrics")
+    lines += _more(ordered[SHOWN:], "metrics")
     lines += [f"  {r['status']} at {at(r['values'])}: {r['reason']}" for r in d["reasons"][:5]]
-    if len(d["reasons"]) > 5:
-        lines.append(f"  and {len(d['reasons']) - 5} more that are not done")
+    lines += _more(d["reasons"][5:], "that are not done")
     lines += [f"  at {at(r['values'])}: {r['reason']}" for r in d["metrics_missing"][:5]]
-    if len(d["metrics_missing"]) > 5:
-        lines.append(f"  and {len(d['metrics_missing']) - 5} more points with a metric missing")
+    lines += _more(d["metrics_missing"][5:], "points with a metric missing")
     if d["failed"]:
         lines.append("  --retry-failed tries failed points again")
     if (w := d["warnings"])["points"]:
@@ -330,6 +327,11 @@ def readable(document: dict, first: tuple[str, ...] = ()) -> list[str]:
         lines.append(f"  ways         {Ways(**ways)}")
     picture = [f"  picture      {d['plot']}"] if "plot" in d else []
     return [*lines, f"  directory    {d['folder']}", *picture]
+
+
+def _more(others: list, text: str) -> list[str]:
+    """A line that counts what is not shown, where there is any."""
+    return [f"  and {len(others)} more {text}"] if others else []
 
 
 def _range(name: str, metric: dict, units: str, at: Callable[[dict], str]) -> str:

@@ -55,11 +55,10 @@ def scene_warnings(mechanism: Mechanism) -> list[str]:
     """Warnings of the scene, of layers too soft for the speed, and of force holes, before anything
     runs.
     """
-    doubts = [*mechanism.scene.doubts]
-    for j in (j for j in mechanism.scene.joints if j.through_wall):
-        if (wedge := _wedge(j, mechanism.frequency)) > WIDEST:
-            doubts.append(f"{j.label()}: C_w {WIDE.format(wedge)}")
-    return doubts + hole_warnings(mechanism)
+    scene = mechanism.scene
+    wedges = [(j, _wedge(j, mechanism.frequency)) for j in scene.joints if j.through_wall]
+    wide = [f"{j.label()}: C_w {WIDE.format(wedge)}" for j, wedge in wedges if wedge > WIDEST]
+    return scene.doubts + wide + hole_warnings(mechanism)
 
 
 def _not_exported(mechanism: Mechanism) -> list[str]:

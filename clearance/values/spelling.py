@@ -5,6 +5,8 @@ of a thing by several names.
 
 from collections.abc import Container, Mapping
 
+from clearance.values.checks import meant
+
 #: how names of columns begin, by the group of a path
 GROUPS = {"joints": "joint_", "drives": "drive_", "bodies": ""}
 
@@ -48,7 +50,7 @@ class ByName(dict):
     def __missing__(self, name: str):
         if isinstance(name, str) and dict.__contains__(self, column := as_column(name)):
             return self[column]
-        raise KeyError(name)
+        raise KeyError(f"{name}{meant(as_column(str(name)), self)}")
 
     def __contains__(self, name: object) -> bool:
         return dict.__contains__(self, as_column(name) if isinstance(name, str) else name)

@@ -228,6 +228,7 @@ def test_a_solver_without_an_answer_has_the_warnings_too(tmp_path, monkeypatch, 
     monkeypatch.setattr("clearance.motions.steady.steady", failing)
     line = typed("run", path, "--steady 1e-6 --period 1s -o", tmp_path / "r.h5", status=1).err
     assert line.startswith("clearance: no period\n  warning      body crank: mass is 1e+09 kg")
+    assert "\n  warning    body crank: mass is 1e+09 kg" in typed("explain", path).out
     typed.line("run", path, "--until -1s -o", tmp_path / "r.h5")
 
 

@@ -194,6 +194,17 @@ def test_signs_of_powers_in_units():
         assert one == other == body(inertia=f"{number} kg*mm²").inertia
 
 
+def test_an_unknown_metric_names_the_closest_one():
+    """By either spelling, with a letter more or less anywhere in the name."""
+    metrics = cl.simulate(cl.load_case("four_bar", model="ideal"), turns=1, error=None).metrics()
+    rng = random.Random(7)
+    for name in ("joint_A_force_max", "joints/A/force_max", "drives/crank/torque_rms"):
+        for _ in range(5):
+            at = rng.randrange(len(name) - 4, len(name))
+            with pytest.raises(KeyError, match=r"did you mean (joint_A_force|drive_crank_torque)_"):
+                metrics[name[:at] + rng.choice(["", "y"]) + name[at + 1 :]]
+
+
 def test_a_result_is_not_saved_as_a_directory(tmp_path):
     """Of memory and of a file: the name, and nothing of a temporary one."""
     run = cl.simulate(cl.load_case("four_bar", model="ideal"), turns=0.1, error=None)
