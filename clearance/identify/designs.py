@@ -458,7 +458,7 @@ class _Search:
     def _kept(self, make: Callable[[], Solved]) -> Solved:
         """The next end of the search, from the journal where it is there."""
         end = self.journal.end(make)
-        total = self.starts + (self.designs - 2 if len(self.goals) == 2 else 0)
+        total = 1 + self.starts + (self.designs - 2 if len(self.goals) == 2 else 0)
         self.design.progress(min(self.journal.done / total, 1.0))
         return end
 

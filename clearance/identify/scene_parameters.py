@@ -192,8 +192,8 @@ def fit(
         lowpass: order and corner [Hz] of the sensor's Butterworth filter, which the computed
         channel has as well; one, or a list of one for each channel.
     starts: points the search begins from; seed: of these. folder: of the fit; an interrupted
-        one goes on there. progress: called with the share of starts that have ended, before each
-        run, too.
+        one goes on there. progress: called before each run with the share of starts that have
+        ended; what follows them counts as one.
     Raises ValueError for records and parameters that do not fit the scene, before anything runs,
     and where no start has a run.
 
@@ -246,11 +246,11 @@ def _by_trajectories(problem: Problem, starts: int, seed: int, journal: Path | N
     problem = problem.before_horizon(problem.middle)
     loose, ends = problem.loose(), []
     for i, x in enumerate(loose.starts(starts, seed)):
-        tell = partial(lambda i, share: problem.progress((i + share) / starts), i)
+        tell = partial(lambda i, share: problem.progress((i + share) / (starts + 1)), i)
         ends.append(past.end(lambda x=x, tell=tell: loose.followed(x, tell)))
         if not i and math.isfinite(ends[0].cost):
             problem.before_horizon(ends[0].x)
-        problem.progress((i + 1) / starts)
+        problem.progress((i + 1) / (starts + 1))
     if not (problem.turn or problem.touching):  # minima that first parts do not lead to
         others = loose.lowest(starts - 1, seed)
         ends += [past.end(lambda x=x: loose.solved(x, finish=STARTING)) for x in others]

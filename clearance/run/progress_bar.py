@@ -77,7 +77,8 @@ class ProgressBar:
         if not self.seen:
             self.last = now
             share = "" if state is None else f"{state:.0%} done "
-            (self.printer or LOG.info)(f"{self.name}: {now - self.began:.0f} s, {share}{words}")
+            line = f"{self.name}: {now - self.began:.0f} s, {share}{words}"
+            (self.printer or LOG.info)(line.rstrip())
             return
         form = WORDS if state is None else FORM
         bar = self.bar = self.bar or self._new(form)
