@@ -12,7 +12,7 @@ import numpy as np
 from clearance.files.texts import unpacked_text
 from clearance.identify.csv_rows import ALL_UNITS, number, rows_of
 from clearance.values.checks import known, meant
-from clearance.values.units import behind, plain
+from clearance.values.units import ZEROS, behind, plain
 
 #: names of the column that a record runs along, and its SI unit
 ALONG = {"time": "s", "t": "s", "angle": "rad", "turns": "rad", "crank angle": "rad"}
@@ -72,7 +72,8 @@ def read(path: str | Path, column: str | None = None) -> Measured:
     if not (np.diff(x) > 0.0).all():
         row = int(np.argmax(np.diff(x) <= 0.0)) + 1
         raise ValueError(f"{path}:{lines[row]}: {names[x_at]} must grow from row to row")
-    return Measured(path, names[y_at], units, along, x, values * size)
+    values = values * size + ZEROS.get(heads[y_at].unit, 0.0)
+    return Measured(path, names[y_at], units, along, x, values)
 
 
 def check_varies(label: str, values: np.ndarray, units: str) -> None:
@@ -148,7 +149,7 @@ def _numbers(path: Path, name: str, lines: Sequence[int], cells: Sequence[str]) 
     values = np.array([number(cell) for cell in cells], float)  # None is nan
     bad = ~np.isfinite(values)
     if bad.all():
-        raise ValueError(f"{path}: column {name} has no number in any row")
+        raise ValueError(f"{path}: column {name} has no number, such as {cells[0]!r}")
     if bad.any():
         row = int(np.argmax(bad))
         raise ValueError(f"{path}:{lines[row]}: column {name}: {cells[row]!r} is no finite number")

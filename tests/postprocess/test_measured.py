@@ -101,7 +101,7 @@ def test_a_record_over_the_angle(run, tmp_path):
         ("time [s],a [m/s2]\n0,1\n2,2\n1,3\n3,4\n", "bad.csv:4: time must grow"),
         ("time [s],a [m/s2]\n0,1\n1,nan\n2,3\n3,4\n", "bad.csv:3: column a: 'nan' is no finite"),
         ("t [s],a [N]\n0,1\n1,\n2,2\n3,3\n", "bad.csv:3: column a: '' is no finite number"),
-        ("t [s],a [m]\n0,nan\n1,\n2,nan\n3,-\n", "column a has no number in any row"),
+        ("t [s],a [m]\n0,nan\n1,\n2,nan\n3,-\n", "column a has no number, such as 'nan'"),
         ("t [s],a [m]\n2,1\n2,5\n2,2\n2,1\n", "column t: 2 s in all rows; nothing measured?"),
         ("t [s],a [m]\n0,1,1,5\n0,2,1,5\n0,3,1,5\n0,4,1,5\n", "line 2: 4 cells under a header"),
         ("Pump 3\n0,1\n1,2\n2,3\n3,4\n", "no header: a line above the rows needs a name"),
@@ -128,6 +128,15 @@ def test_a_shift_of_another_unit_and_no_text(run, tmp_path):
     path.write_bytes(b"\x89HDF")
     with pytest.raises(ValueError, match=r"d\.csv is not a text file"):
         read(path)
+
+
+@pytest.mark.parametrize("heading", ["T [degC]", "T (°C)", "T_degC"])
+def test_temperatures_have_their_zero(tmp_path, heading):
+    """Degrees Celsius come in K, to rounding."""
+    celsius = np.random.default_rng(0).uniform(-20.0, 120.0, 9)
+    path = written(tmp_path / "t.csv", f"t [s],{heading}", np.arange(9.0), celsius)
+    assert read(path).units == "K"
+    np.testing.assert_allclose(read(path).values, celsius + 273.15, rtol=1e-14)
 
 
 def test_decimal_commas_and_semicolons(tmp_path):
