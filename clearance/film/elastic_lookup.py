@@ -7,9 +7,10 @@ Gap and pressure of an elastic column, H = 1 + eps cos(theta) + P, P = kappa p /
 
 and the film carries f c R L / kappa. The gap at the wall has the size h of `size`. All is relative
 to two films that are known. One is the rigid film (film/tabulated.py) in the gap g, which is
-1 - eps far off the wall and goes with h^2 / (eps - 1) behind it. The other is dry contact on the
-same surface, f_dry = eps a - sin a, cos a = 1 / eps. With f_q, twice the concentric film of the
-motion, which is larger than any pull,
+1 - eps far off the wall and goes with h^2 / (eps - 1) behind it. It is taken times 1 + k, which is
+what yield makes of a concentric film. The other is dry contact on the same surface,
+f_dry = eps a - sin a, cos a = 1 / eps. With f_q, twice the concentric film of the motion, which is
+larger than any pull,
 
     (f_q - f_r)^2 = f_dry^2 + exp(r_N) (f_q - f_r)^2 of the rigid film
     f_t = (1 + r_t) of the rigid film,   shear = exp(r_K) 2 pi / s,   s^2 = g (2 - g)
@@ -17,11 +18,12 @@ motion, which is larger than any pull,
 Therefore the force is above that of dry contact, and tends to it at rest. Without yield it is the
 rigid film. The three r are small and smooth. They are C1 quadratic splines over
 
-    x = (ln h - ln g - z) / (1.35 - 1.85 z),   h^(1/3),   alpha: angle of (eps', s eps w / 2)
+    x = (ln h - ln g - z) / (1.35 - 1.74 z),   h^(1/3),   alpha: angle of (eps', s eps w / 2)
 
-z = ln h, not far below ln 0.004, where films at the wall are alike. At x = 0, near the centre, r_N
-and r_t are nothing. Beyond the last x all go straight on, beyond the last h for
-a little.
+z = ln h, not far below ln 0.004, where films at the wall are alike. The centre has no direction.
+So r_N is its spline times eps^2 / (eps^2 + 2e-4), r_t is times eps / (eps^2 + 2e-4), and r_K is
+nothing at x = 0, as all are for the first h. Before the first x all are constant. Beyond the last
+they go straight on, beyond the last h for a little.
 """
 
 import math
@@ -33,6 +35,7 @@ from clearance.laws.film import REST
 #: numbers before the splines: factor of the force; cells over x, h^(1/3) and alpha; cells per
 #: h^(1/3); where the splines of the thickness and the rigid film begin
 HEAD = 7
+SPLINES = HEAD + 4  # where those of the force begin, behind the numbers of `middle`
 SMALLEST, LARGEST = 0.2, 1.05 ** (1.0 / 3.0)  # h^(1/3) of the table's first and last nodes
 LAST = 0.05  # ln h, not below that of the last node
 ROUND = 0.3  # of the corner of g at the wall
@@ -40,6 +43,8 @@ CLOSE = -5.5  # ln h below which films at the wall are alike
 MIDDLE = 0.1  # eccentricity ratio below which the wedge counts less
 TURNS = 0.03  # C_s over eps C_w at which an approach becomes a recession
 LEAST = 5e-3  # of f_q: f_q - f_r of the rigid film is not below
+CENTRE = 2e-4  # eps^2 below which r_N and r_t fade: the centre has no direction
+SHARP = 0.03  # of the corner of z
 CONTACT = 4.0 * math.sqrt(2.0) / 3.0
 #: m / (eps - 1), f_dry = CONTACT m^1.5, by falling powers of (eps - 1) / (eps + 1): 3e-8 up to 5
 DRY = (
@@ -118,22 +123,41 @@ def gap_at(eps, third):
 
 
 def across(log_h, log_g):
-    """x of the table. Beyond its last h, ln h slows down, to 0.55 at most: x has a pole at 0.73."""
+    """x of the table. Beyond its last h, ln h slows down, to 0.55 at most: x has a pole at 0.78."""
     beyond = max(log_h - LAST, 0.0)
     log_h += beyond / (1.0 + 2.0 * beyond) - beyond
     apart = log_h - CLOSE
-    z = 0.5 * (log_h + CLOSE + math.sqrt(apart * apart + 1.0))
-    return (log_h - log_g - z) / (1.35 - 1.85 * z)
+    z = 0.5 * (log_h + CLOSE + math.sqrt(apart * apart + SHARP))
+    return (log_h - log_g - z) / (1.35 - 1.74 * z)
 
 
-def rigid(still, w_r, w_t, s, radial, turning):
-    """Of the rigid film: f_q, (f_q - f_r)^2, f_t, from the values of its table."""
+def directed(eps):
+    """Factors of the splines of r_N and r_t: nothing at the centre."""
+    part = eps / (eps * eps + CENTRE)
+    return eps * part, part
+
+
+def middle(eps, motion, data, at):
+    """What yield makes of a concentric film, less and less of it off the centre.
+
+        1 + k,   k = ((1 + a C + b C^2) / (1 + c C + d C^2) - 1) / (1 + 25 eps^2)
+
+    It is weaker, with oil that thickens stronger. motion: C, the size of C_s there.
+    """
+    below = 1.0 + motion * (data[at + 2] + data[at + 3] * motion)
+    k = (1.0 + motion * (data[at] + data[at + 1] * motion)) / below - 1.0
+    return 1.0 + k / (1.0 + 25.0 * eps * eps)
+
+
+def rigid(still, w_r, w_t, s, eps, radial, turning, data, at):
+    """Of the rigid film: f_q, (f_q - f_r)^2, f_t, from the values of its table; times `middle`."""
     way = s * turning
     speed, _, width = polar(radial, way)
-    pull = 2.0 * still * math.sqrt(radial * radial + turning * turning + REST * REST)
+    size = math.sqrt(radial * radial + turning * turning + REST * REST)
+    factor, pull = middle(eps, 12.0 * size, data, at), 2.0 * still * size
     push = pull - (speed * w_r - still * radial) / (s * s * s)
-    least = LEAST * pull
-    return pull, push * push + least * least, (speed * w_t / width + still) * way / (s * s)
+    square, across = push * push + LEAST * LEAST * pull * pull, (speed * w_t / width + still) * way
+    return factor * pull, factor * factor * square, factor * across / (s * s)
 
 
 def straight(at, last, less):
@@ -227,10 +251,13 @@ def elastic(
         eccentricity_ratio, radial_rate, entrainment, joint, liner, follows
     )
     still, w_r, w_t, _ = looked_up(data, first + int(data[first + 6]), -log_g, angle)
-    pull, square, tangential = rigid(still, w_r, w_t, s, radial, turning)
-    r_n, r_t, r_k = looked(data, first, first + HEAD, 3, x, third, angle)
-    radial = pull - math.sqrt(dry(eccentricity_ratio) + math.exp(r_n) * square)
-    tangential *= 1.0 + r_t
+    pull, square, tangential = rigid(
+        still, w_r, w_t, s, eccentricity_ratio, radial, turning, data, first + HEAD
+    )
+    r_n, r_t, r_k = looked(data, first, first + SPLINES, 3, x, third, angle)
+    share_n, share_t = directed(eccentricity_ratio)
+    radial = pull - math.sqrt(dry(eccentricity_ratio) + math.exp(share_n * r_n) * square)
+    tangential *= 1.0 + share_t * r_t
     shear = 2.0 * math.pi / s * math.exp(r_k)
     scale = data[first] * joint.clearance * joint.radius * joint.length / liner
     return scale * radial, scale * tangential, shear

@@ -7,6 +7,8 @@ neighbours. Where thickening oil is squeezed too hard for a steady film, the val
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -14,7 +16,7 @@ from clearance.film import elastic_lookup as elastic
 from clearance.film.bearing import DRAG, WET, Bearing, Groove, check_drag
 from clearance.film.conserving import MemoryFilm
 from clearance.film.control_volumes import CAVITATED, THIN
-from clearance.film.elastic_lookup import HEAD, LARGEST, SMALLEST
+from clearance.film.elastic_lookup import HEAD, LARGEST, SMALLEST, SPLINES
 from clearance.film.lookup import Tabulated, looked_up, splines
 from clearance.film.table import Inputs, Key, between, spline
 from clearance.film.tabulated import polar
@@ -29,9 +31,10 @@ FORCE, THICKNESS = 3, 2  # splines: r_N, r_t, r_K; central and least film
 EDGE = 1e-3  # from straight motion, where f_t over that of the rigid film has no value
 OVER = 2e-4  # (f_q - f_r)^2 over f_dry^2 - 1, at least: the meshes' error at a contact
 CLOSEST = 0.25  # of the middle film and of its size at the wall: what stays between closer surfaces
-FADE = 0.1  # of -ln g, in which r_N and r_t grow from nothing
 #: alpha p up to which errors are stated; beyond which squeezed oil jumps to that of a solid
 VALID, THICKEST = 5.0, 6.0
+NEAREST = 0.045  # eccentricity ratio of nodes: nearer to the centre C_w grows without end
+CONCENTRIC, FOLD = 1e-6, 1.5  # eccentricity ratio of a concentric film, its largest alpha p
 TURNED = 1.2  # angle of the motion from where none jumps
 SLOWER = 0.5  # by which values behind the last film go on, from node to node
 FALL = 15.0  # of r_N over x behind the last node, as where squeezed: a film at rest carries nothing
@@ -88,7 +91,7 @@ class ElasticKey(Inputs):
 
     def __post_init__(self):
         super().__post_init__()
-        n, cells = (17, 20) if checks.non_negative("film table: beta", self.beta) > 0.0 else (9, 12)
+        n, cells = (25, 30) if checks.non_negative("film table: beta", self.beta) > 0.0 else (9, 12)
         usual = {"nodes": (33, n, 13), "cells": (50, cells, 48)}
         usual["mesh"] = LONG_MESH if self.fed else MESH
         vars(self).update({n: value for n, value in usual.items() if not getattr(self, n)})
@@ -102,12 +105,7 @@ class ElasticKey(Inputs):
     @property
     def size(self) -> int:
         """Count of numbers in the table."""
-        return HEAD + math.prod(n + 2 for n in self.cells) * (FORCE + THICKNESS)
-
-    @property
-    def faded(self) -> int:
-        """Splines that are nothing at the centre; half a gap is wet there."""
-        return FORCE - 1 if self.drag == WET else FORCE
+        return SPLINES + math.prod(n + 2 for n in self.cells) * (FORCE + THICKNESS)
 
     def pressed(self, eps: float, values: np.ndarray) -> float:
         """alpha p in the middle of a solved film."""
@@ -134,12 +132,14 @@ class ElasticKey(Inputs):
         fill(values)
         fit = quadratic(values, 0, cells_x, np.zeros(values[0].size))
         fit = quadratic(quadratic(fit, 1, cells_a, "even"), 2, cells_h, "free")
-        fit[:2, :, :, : self.faded] = 0.0  # exactly: the centre has no direction
+        fit[:2, :, :2, [0, 1, 3, 4]] = 0.0  # exactly: the rigid film and its gap
+        if self.drag != WET:
+            fit[:2, :, :, FORCE - 1] = 0.0  # exactly: the centre has no direction
         fit[-1, ..., 0] = fit[-2, ..., 0] - FALL / cells_x
         force, thickness = fit[..., :FORCE].ravel(), fit[..., FORCE:].ravel()
         steps = cells_h / (LARGEST - SMALLEST)
-        head = [1.0, cells_x, cells_h, cells_a, steps, HEAD + len(force), self.size]
-        return np.concatenate([head, force, thickness])
+        head = [1.0, cells_x, cells_h, cells_a, steps, SPLINES + len(force), self.size]
+        return np.concatenate([head, films.middle, force, thickness])
 
     def errors(self, numbers: np.ndarray) -> tuple[float, ...]:
         """The errors of a table, see `ElasticTable`, at states between the nodes."""
@@ -178,7 +178,7 @@ def quadratic(values: np.ndarray, axis: int, cells: int, begin) -> np.ndarray:
 
 def fill(values: np.ndarray) -> None:
     """Give nodes without a film what their neighbours over x have; behind the last film the values
-    go on, ever slower.
+    go on, ever slower. Those of r_N at the centre are the next three's.
     """
     slower = np.cumsum(SLOWER ** np.arange(1, len(values)))
     for index in np.ndindex(values.shape[1:]):
@@ -188,6 +188,23 @@ def fill(values: np.ndarray) -> None:
         last = solved[-1]
         rise = line[last] - line[max(last - 1, 0)]
         line[last + 1 :] += rise * slower[: len(line) - 1 - last]
+    values[0, ..., 0] = 3.0 * (values[1, ..., 0] - values[2, ..., 0]) + values[3, ..., 0]
+
+
+def not_negative(rows: np.ndarray) -> np.ndarray:
+    """x >= 0 of the least sum of squares of rows (n, m) times (x, -1): of each set of columns that
+    has such an x, the best.
+    """
+    products = (rows[:, :, None] * rows[:, None, :]).sum(axis=0)
+    count, least, best = len(products) - 1, math.inf, np.zeros(len(products) - 1)
+    for columns in product((False, True), repeat=count):
+        some, right = np.flatnonzero(columns), products[:-1, -1]
+        x = solve(products[np.ix_(some, some)], right[some])
+        error = products[-1, -1] - float((x * right[some]).sum())
+        if np.all(x >= 0.0) and error < least:
+            least, best = error, np.zeros(count)
+            best[some] = x
+    return best
 
 
 def of_numbers(data: np.ndarray, eps: float, radial: float, turning: float) -> tuple:
@@ -231,20 +248,34 @@ class Films:
             low, high = (low, math.log(speed)) if larger else (math.log(speed), high)
         return eps, radial, turning
 
+    @cached_property
+    def middle(self) -> np.ndarray:
+        """Numbers of `elastic.middle`, by least squares over concentric films."""
+        first, rows = 0.0, []
+        for c in np.geomspace(1e-4, 3.0, 18):
+            values = self.solve(CONCENTRIC, c / 12.0, 0.0, 0.5)
+            if values is None or self.key.pressed(CONCENTRIC, values) > FOLD:
+                break
+            first = first or values[0] / c
+            over = values[0] / (first * c)
+            rows.append((c, c * c, -over * c, -over * c * c, over - 1.0))
+        return not_negative(np.array(rows))  # of a film that is positive for all C
+
     def column(self, third: float, angle: float, count: int) -> np.ndarray:
         """The splines' values (count, 5) at all x, from the middle to contact."""
         rows = np.full((count, FORCE + THICKNESS), math.nan)
         for i, x in enumerate(np.linspace(0.0, 1.0, count)):
             state = self.state(x, third, angle)
+            if state[0] < NEAREST:
+                continue
             values = self.solve(*state, third)
             most = THICKEST if angle < TURNED else math.inf
             if values is not None and self.key.pressed(state[0], values) < most:
                 rows[i] = self.relative(*state, third, values)
             elif self.key.beta > 0.0:  # no film of thickening oil is squeezed so hard
                 break
-            rows[i, : self.key.faded] *= fade(-elastic.gap_at(state[0], third)[0])
-        rows[0] = np.nan_to_num(rows[0])
-        rows[0, : self.key.faded] = 0.0
+        if np.isnan(rows).all():
+            rows[0] = 0.0
         return rows
 
     def relative(self, eps, radial, turning, third, values) -> tuple[float, ...]:
@@ -252,12 +283,14 @@ class Films:
         log_g, s, wide = elastic.gap_at(eps, third)
         _, angle, _ = polar(radial, s * turning)
         still, w_r, w_t, _ = looked_up(self.rigid, 0, -log_g, angle)
-        pull, square, tangential = elastic.rigid(still, w_r, w_t, s, radial, turning)
+        looks = still, w_r, w_t, s, eps, radial, turning
+        pull, square, tangential = elastic.rigid(*looks, self.middle, 0)
         dry = elastic.dry(eps)
         more = max((pull - values[0]) ** 2 - dry, OVER * dry, 1e-10 * square)
+        share_n, share_t = elastic.directed(eps)
         return (
-            math.log(more / square),
-            values[1] / tangential - 1.0,
+            math.log(more / square) / share_n,
+            (values[1] / tangential - 1.0) / share_t,
             math.log(values[2] * s / (2.0 * math.pi)),
             *(math.log(2.0 * film / wide) for film in values[3:]),
         )
@@ -298,11 +331,6 @@ class Films:
             dragging = np.where(cells == CAVITATED, 0.0, dragging)
         shear = 2.0 * float(np.sum(mesh.width[:, None] * mesh.depth * dragging))
         return np.array([*force, shear, middle, gap[:, 0].min()])
-
-
-def fade(y: float) -> float:
-    x = min(max(y / FADE, 0.0), 1.0)
-    return x * x * (3.0 - 2.0 * x)
 
 
 def rigid_numbers(slenderness: float) -> np.ndarray:

@@ -24,7 +24,7 @@ from tests.film import states
 from tests.plain import differentiated
 from tests.seeds import few_of
 
-TINY = ElasticKey(0.8, nodes=(9, 5, 5), cells=(9, 5, 5), mesh=(32, 4))
+TINY = ElasticKey(0.8, nodes=(13, 5, 5), cells=(13, 5, 5), mesh=(32, 4))
 KINDS = ("number", "number", "number", FilmJoint, "data", "number", "number", "number", "number")
 UNIT = FilmJoint(1.0, 1.0, 1.0, 1.0)  # whose forces are f, with a liner of 1 m/Pa
 
@@ -64,13 +64,13 @@ class TestLimits:
 
     def test_fast_approaches(self, tiny):
         """An approach with C_s to 120, beyond the table, pushes and has no jump (a second
-        difference of 1e-2 of the largest force, over steps of 0.01 of C_s / 12).
+        difference of 2e-2 of the largest force, over steps of 0.01 of C_s / 12).
         """
         rates = np.linspace(0.0, 10.0, 1001)
         for eps in np.random.default_rng(2).uniform(0.0, 1.3, 20):
             force = np.array([value(tiny, eps, rate, 0.01 * eps)[0] for rate in rates])
             assert force.max() <= 1e-9
-            assert np.abs(np.diff(force, 2)).max() < 1e-2 * np.abs(force).max()
+            assert np.abs(np.diff(force, 2)).max() < 2e-2 * np.abs(force).max()
 
     @pytest.mark.parametrize("seed", few_of(range(6), 2))
     def test_never_below_contact(self, tiny, seed):
@@ -229,7 +229,7 @@ class TestRows:
     @pytest.mark.parametrize("beta", [0.0, 5.0, 20.0])
     def test_long(self, beta):
         """Rows of long bearings with a feed line at the widest gap, C_w to 1, by a joint with L/D
-        above 100: load 2e-3, for thickening oil 2.5e-3, squeezed 1.5e-2.
+        above 100: load 2e-3, for thickening oil 2.5e-3, squeezed as well.
         """
         joint = FilmJoint(1.0, 1.0, 300.0, 1.0)
         film = cl.elastic_film(liner=1.0, pressure_viscosity=beta, follows=0.0)
@@ -237,7 +237,7 @@ class TestRows:
             if row["beta"] == beta:
                 motion = row["Cs"] / 12.0, row["Cw"] / 6.0
                 ours = np.array(film(row["eps"], *motion, joint))[:2] / joint.length
-                off = 2e-3 if beta == 0.0 else 2.5e-3 if row["Cs"] == 0.0 else 1.5e-2
+                off = 2e-3 if beta == 0.0 else 2.5e-3
                 assert states.apart(ours, [row["f_r"], row["f_t"]]) < off, row
 
     @pytest.mark.parametrize(("squeeze", "load", "film"), [(1e-3, 0.08, 0.25), (1e-2, 0.9, 0.9)])
@@ -282,6 +282,23 @@ class TestRows:
         assert max(behind) < 3e-3
         assert np.quantile(errors, 0.9) < 2e-3
         assert max(errors) < 1.5e-2
+
+    @pytest.mark.parametrize("beta", [0.0, 20.0])
+    def test_near_the_centre(self, beta):
+        """40 random states that close and turn, eccentricity ratios 0.05 to 0.15, C to 1, for oil
+        that thickens to 0.03: load 1e-2, what the splines leave between their first nodes. There
+        the rigid film is off by up to 32 %, with thickening oil by 18 %.
+        """
+        key, rng = ElasticKey(1.0, beta=beta), np.random.default_rng(7)
+        data, films = np.concatenate([table(key).numbers, rigid_numbers(1.0)]), Films(key)
+        errors, most = [], 0.0 if beta == 0.0 else -1.5
+        while len(errors) < 40:
+            eps, size = rng.uniform(0.05, 0.15), 10.0 ** rng.uniform(-3.0, most)
+            angle = rng.uniform(0.0, 0.5 * math.pi)
+            state = eps, size * math.cos(angle) / 12.0, eps * size * math.sin(angle) / 12.0
+            if (values := films.solve(*state, 0.5)) is not None:
+                errors.append(states.apart(of_numbers(data, *state)[:2], values[:2]))
+        assert max(errors) < 1e-2
 
     @pytest.mark.parametrize(
         "key",
