@@ -138,11 +138,11 @@ def directed(eps):
 
 
 def middle(eps, motion, data, at):
-    """What yield makes of a concentric film, less and less of it off the centre.
+    """Effect of the yield on a concentric film, less and less of it off the centre.
 
         1 + k,   k = ((1 + a C + b C^2) / (1 + c C + d C^2) - 1) / (1 + 25 eps^2)
 
-    It is weaker, with oil that thickens stronger. motion: C, the size of C_s there.
+    The film is weaker, with oil that thickens stronger. motion: C, the size of C_s there.
     """
     below = 1.0 + motion * (data[at + 2] + data[at + 3] * motion)
     k = (1.0 + motion * (data[at] + data[at + 1] * motion)) / below - 1.0
