@@ -171,17 +171,23 @@ def test_bad_case_files(text, line, tmp_path, typed):
     assert line in typed.line("run", path, "--until 1")
 
 
-def test_a_run_that_fails_half_way(tmp_path, typed):
-    """Exit status 1, the reason, and a file that holds what was computed."""
-    path = tmp_path / "overloaded.py"
+def overloaded(folder, film):
+    """A case whose film is too thin for its journal, which falls to the wall."""
+    path = folder / "overloaded.py"
     path.write_text(
         "import clearance as cl\n"
         "def scene(*, viscosity: float = 1e-12):\n"
         "    journal = cl.Body('journal', 50.0, 1e-2)\n"
         "    return cl.Scene(cl.ClearanceRevolute(cl.ground, journal, name='J', radius=0.01, "
         "clearance=1e-4,\n"
-        "        length=0.02, film=cl.pinkus_sternlicht(), lubricant=cl.Lubricant(viscosity)))\n"
+        f"        length=0.02, film=cl.{film}(), lubricant=cl.Lubricant(viscosity)))\n"
     )
+    return path
+
+
+def test_a_run_that_fails_half_way(tmp_path, typed):
+    """Exit status 1, the reason, and a file that holds what was computed."""
+    path = overloaded(tmp_path, "pinkus_sternlicht")
     out = tmp_path / "r.h5"
     ended = typed("run", path, "--until 1s --json -o", out, status=1)
     assert ended.document["status"] == "failed"
@@ -194,15 +200,7 @@ def test_a_run_that_fails_has_the_warnings_of_its_scene(tmp_path, typed):
     """The slip of a unit, random viscosities below the usual: on the terminal, in the document and
     in Python's traceback.
     """
-    path, rng = tmp_path / "thin.py", np.random.default_rng(8)
-    path.write_text(
-        "import clearance as cl\n"
-        "def scene(*, viscosity: float = 1e-12):\n"
-        "    journal = cl.Body('journal', 50.0, 1e-2)\n"
-        "    return cl.Scene(cl.ClearanceRevolute(cl.ground, journal, name='J', radius=0.01, "
-        "clearance=1e-4,\n"
-        "        length=0.02, film=cl.long_film(), lubricant=cl.Lubricant(viscosity)))\n"
-    )
+    path, rng = overloaded(tmp_path, "long_film"), np.random.default_rng(8)
     for viscosity in 10.0 ** rng.uniform(-14.0, -9.0, 3):
         warning = f"lubricant: viscosity is {viscosity:g} Pa s, usual is"
         line = ["run", path, f"-p viscosity={viscosity} --until 1s -o", tmp_path / "r.h5"]
