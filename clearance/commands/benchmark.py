@@ -28,10 +28,12 @@ def run(options) -> int:
     names = [] if options.list else [named(name) for name in options.names]
     if (options.against or options.output) and len(names) != 1:
         raise ValueError("--against and -o need one problem: clearance benchmark NAME")
+    if options.against and (options.output or options.rtol is not None):
+        raise ValueError("--against runs and writes nothing: leave out -o and --rtol")
     if options.rtol is None:
         options.rtol = RTOL
     answers = []
-    for name in [] if options.output and not options.against else names:
+    for name in [] if options.output else names:
         with progress_of(options) as shown:
             shown(name)
             answers.append(benchmark(name, options.against, rtol=options.rtol))

@@ -1,6 +1,7 @@
 """The benchmark set: this package within the errors, second codes, files of other codes."""
 
 import importlib
+import random
 from pathlib import Path
 
 import pytest
@@ -178,7 +179,8 @@ def test_files_are_read_in_many_forms(form, tmp_path):
         ("quantity,value\nimpact_1_time,soon\n", "'soon' is no number"),
         ("impact_1_time,5.28 10^-6\n", "write 5.28e-6"),
         ("impact_1_time 5.28 x 10^-6\n", "write 5.28e-6"),
-        ("impact_1_time;1.234,5\n", "',5' is no unit"),
+        ("impact_1_time;1.234,5\n", "'1.234,5' has a comma and a point"),
+        ("torque_1,0.1\n", "no line has .*; a line has torque_1.*; the problem has impact_1_time,"),
     ],
 )
 def test_other_files_are_refused_in_words(text, message, tmp_path):
@@ -187,6 +189,47 @@ def test_other_files_are_refused_in_words(text, message, tmp_path):
     path.write_text(text)
     with pytest.raises(ValueError, match=message):
         foreign(path, references("bouncing_journal"))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_files_of_spreadsheets_are_read(seed, tmp_path):
+    """Random values in random order: encodings, units with micro signs, minus signs of type
+    setters, decimal commas behind spaces, remarks behind a value.
+    """
+    rng = random.Random(seed)
+    name = rng.choice(["bouncing_journal", "feeder", "guide", "friction_rig"])
+    rows = rng.sample(references(name), 12)
+    wanted = {r.quantity: rng.uniform(-1.0, 1.0) * 10.0 ** rng.uniform(-7, 3) for r in rows}
+    parts, coding = rng.choice(";\t| "), rng.choice(["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+    units = {"m": ("µm", 1e6), "s": ("µs", 1e6), "m/s": ("mm/s", 1e3), "N m": ("N*mm", 1e3)}
+    lines = []
+    for row in rows:
+        unit, factor = units.get(row.unit, ("", 1.0))
+        number = f"{wanted[row.quantity] * factor:.13{rng.choice('efg')}}".replace(".", ",")
+        if coding != "cp1252" and rng.random() < 0.5:
+            number = number.replace("-", "\N{MINUS SIGN}")
+        cells = [row.quantity, number] + [unit] * bool(unit)
+        lines.append(parts.join(cells) + rng.choice(["", " # of run 2, fine"]))
+    path = tmp_path / "mine.csv"
+    path.write_text("\n".join(lines), encoding=coding)
+    values, unknown = foreign(path, references(name))
+    assert not unknown
+    assert values == pytest.approx(wanted, rel=1e-11, abs=1e-12)  # of 13 digits or decimals
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_commas_that_part_a_number_are_refused(seed, tmp_path):
+    """Decimal commas between commas, which were read as the digits before them, and thousands."""
+    rng = random.Random(seed)
+    value = rng.uniform(-1.0, 1.0) * 10.0 ** rng.uniform(-4, 3)
+    unit = rng.choice(["", ",s", ",s,fine"])
+    path = tmp_path / "mine.csv"
+    path.write_text(f"impact_1_time,{value:.12{rng.choice('ef')}}".replace(".", ",") + unit)
+    with pytest.raises(ValueError, match="mine.csv:1: impact_1_time: decimal commas need semicol"):
+        foreign(path, references("guide"))
+    path.write_text(f"impact_1_time;{rng.uniform(1e3, 1e7):,.6f}{unit.replace(',', ';')}")
+    with pytest.raises(ValueError, match="has a comma and a point"):
+        foreign(path, references("guide"))
 
 
 def test_the_command_compares_a_file(typed, tmp_path):
@@ -203,7 +246,11 @@ def test_the_command_compares_a_file(typed, tmp_path):
     printed = typed(f"benchmark guide --against {path}", status=1).out
     assert "outside" in printed.splitlines()[2]
     assert "missing" in printed.splitlines()[3]
-    assert "0 of 36 within" in printed
+    assert "0 of 36 within the errors of their references, 35 missing;" in printed
+    before = path.read_text()
+    typed(f"benchmark guide --against {path} -o {path}", status=2)
+    typed(f"benchmark guide --against {path} --rtol 1e-9", status=2)
+    assert path.read_text() == before
 
 
 def test_unknown_names_are_listed_and_missing_values_are_missing(typed, tmp_path):
@@ -217,7 +264,7 @@ def test_unknown_names_are_listed_and_missing_values_are_missing(typed, tmp_path
     assert unknown == ["depth_10000 (did you mean depth_1000?)"]
     printed = typed(f"benchmark 11 --against {path}", status=1).out
     assert "unknown: depth_10000 (did" in printed
-    assert printed.count("missing") == 2
+    assert printed.count("  missing") == 2
 
 
 @pytest.mark.parametrize("name", PROBLEMS)

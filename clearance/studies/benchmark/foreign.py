@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,6 +18,8 @@ _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eEdD][-+]?\d+)?")
 _POWER = re.compile(r"10\s*(\^|\*\*)")
 _BRACKETS = re.compile(r"[\[(](.*?)[\])]")
 _SIGNS = str.maketrans({"µ": "u", "μ": "u"} | dict.fromkeys(" []()*·.^"))
+#: decimals that a comma parted from their number
+_DECIMALS = re.compile(r"(0\d|\d{6})\d*([eEdD][-+]?\d+)?")
 
 
 @dataclass
@@ -44,8 +46,8 @@ def foreign(path: str | Path, rows: Iterable[Row]) -> tuple[dict[str, float], li
 
     A line has the name of a quantity, its value, and its unit, if that is another one. A header
     may name the column `value`; else the first number behind the name counts. Order, case and lines
-    of remarks are free. So are the delimiter, one of comma, semicolon, tab and bar, and decimal
-    commas unless commas delimit. A name without a value is missing.
+    of remarks are free. So are the delimiter, one of comma, semicolon, tab, bar and space, and
+    decimal commas unless commas delimit. A name without a value is missing.
     Raises ValueError for a file without any quantity, for one that stands twice, and for a value
     that is no number. A unit that is unknown or of another kind raises it, too.
     """
@@ -54,9 +56,8 @@ def foreign(path: str | Path, rows: Iterable[Row]) -> tuple[dict[str, float], li
     values: dict[str, float | None] = {}
     unknown: list[str] = []
     columns = Columns()
-    text = Path(path).read_text(encoding="utf-8-sig", errors="replace")
-    for count, line in enumerate(text.splitlines(), 1):
-        cells = _cells(line.lstrip("# "))
+    for count, line in enumerate(_text(path).splitlines(), 1):
+        cells = _cells(line.lstrip("# ").partition(" # ")[0], by_key)
         if line.lstrip().startswith("#"):
             columns.read(cells)
             continue
@@ -73,17 +74,30 @@ def foreign(path: str | Path, rows: Iterable[Row]) -> tuple[dict[str, float], li
         except ValueError as error:
             raise ValueError(f"{path}:{count}: {row.quantity}: {error}") from None
     if not values:
-        hint = f"; {unknown[-1]}" if unknown else ""
-        raise ValueError(
-            f"{path}: no line has a quantity of this problem{hint}: {', '.join(names)}"
-        )
+        hint = f"; a line has {unknown[-1]}" if unknown else ""
+        reason = f"no line has a quantity of this problem{hint}; the problem has {', '.join(names)}"
+        raise ValueError(f"{path}: {reason}")
     return {name: value for name, value in values.items() if value is not None}, unknown
 
 
-def _cells(line: str) -> list[str]:
+def _text(path: str | Path) -> str:
+    """A text in UTF-8, UTF-16 or the code page 1252, as spreadsheets write them."""
+    data = Path(path).read_bytes()
+    wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    try:
+        text = data.decode("utf-16" if wide else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("cp1252", "replace")
+    return text.replace("\N{MINUS SIGN}", "-")
+
+
+def _cells(line: str, keys: Container[str]) -> list[str]:
+    """Cells of a line; commas are decimal behind a name and a space."""
     delimiter = next((d for d in DELIMITERS if d in line), None)
-    if delimiter is None:
-        return line.replace("N m", "Nm").split()
+    words = line.replace("N m", "Nm").split()
+    spaced = len(words) > 1 and _key(words[0]) in keys and _NUMBER.fullmatch(words[1])
+    if delimiter is None or delimiter == "," and spaced:
+        return words
     (cells,) = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
     return [cell.strip() for cell in cells]
 
@@ -114,9 +128,9 @@ def _value(cells: list[str], at: int, row: Row, columns: Columns) -> float | Non
         numbers = [i for i in order if _NUMBER.match(cells[i])]
         if row.unit == "1" and len(numbers) > 1 and cells[numbers[0]] == "1":
             numbers = numbers[1:]  # behind its unit
-    texts = [i for i in order if i not in numbers[:1] and not _NUMBER.match(cells[i])]
+    words = [i for i in order if i not in numbers[:1] and not _NUMBER.match(cells[i])]
     behind = bool(numbers) and numbers[0] > at
-    texts = [cells[i] for i in texts if i > at or not behind or _plain(cells[i]) in UNITS]
+    texts = [cells[i] for i in words if i > at or not behind or _plain(cells[i]) in UNITS]
     texts = [text for text in texts if text.lower() not in EMPTY and not text.startswith("#")]
     if any(_POWER.search(cells[i]) for i in order):
         raise ValueError("a power of ten stands by the number: write 5.28e-6")
@@ -124,16 +138,25 @@ def _value(cells: list[str], at: int, row: Row, columns: Columns) -> float | Non
         if strange := [text for text in texts if _plain(text) not in {*UNITS, _plain(row.unit)}]:
             raise ValueError(f"{strange[0]!r} is no number")
         return None
-    cell = cells[numbers[0]]
-    match = _NUMBER.match(cell)
-    if not match:
-        raise ValueError(f"{cell!r} is no number")
-    number = float(match[0].replace(",", ".").replace("d", "e").replace("D", "e"))
-    if rest := cell[match.end() :].strip():
+    number, rest = _number(*cells[numbers[0] :][:2])
+    if rest:
         return _scaled(number, rest, row)
     units = [text for text in texts if _plain(text) in {*UNITS, _plain(row.unit)}]
     near = [*(units or texts), _unit_in(cells[at]), columns.unit]
     return _scaled(number, next((text for text in near if text), row.unit), row)
+
+
+def _number(cell: str, after: str = "") -> tuple[float, str]:
+    """Number of a cell, and the text behind it there; after: the next cell."""
+    match = _NUMBER.match(cell)
+    if not match:
+        raise ValueError(f"{cell!r} is no number")
+    rest = cell[match.end() :].strip()
+    if cell.lstrip("+-").isdigit() and _DECIMALS.fullmatch(after):
+        raise ValueError("decimal commas need semicolons or tabs between cells")
+    if rest.startswith((".", ",")):
+        raise ValueError(f"{cell!r} has a comma and a point: leave out what parts thousands")
+    return float(match[0].replace(",", ".").lower().replace("d", "e")), rest
 
 
 def _unit_in(name: str) -> str:
@@ -149,12 +172,12 @@ def _plain(unit: str) -> str:
 
 def _known(unit: str, row: Row) -> tuple[str, float]:
     """Kind and factor of a unit."""
-    plain = _plain(unit)
-    if plain == _plain(row.unit):
-        return UNITS.get(plain, (row.unit, 1.0))
-    if plain not in UNITS:
-        raise ValueError(f"{unit!r} is no unit that is known{meant(plain, UNITS)}")
-    return UNITS[plain]
+    name = _plain(unit)
+    if name == _plain(row.unit):
+        return UNITS.get(name, (row.unit, 1.0))
+    if name not in UNITS:
+        raise ValueError(f"{unit!r} is no unit that is known{meant(name, UNITS)}")
+    return UNITS[name]
 
 
 def _scaled(number: float, unit: str, row: Row) -> float:

@@ -78,5 +78,7 @@ def table(comparisons: list[Comparison]) -> list[str]:
     worst = max(
         (abs(c.off / c.row.value) for c in comparisons if c.off and c.row.value), default=0.0
     )
+    missing = sum(c.off is None for c in comparisons)
     verdict = f"{inside} of {len(comparisons)} within the errors of their references"
+    verdict += f", {missing} missing" * bool(missing)
     return [*lines, f"{verdict}; largest difference {worst:.1e} of a value"]
