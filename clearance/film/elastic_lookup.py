@@ -22,8 +22,8 @@ rigid film. The three r are small and smooth. They are C1 quadratic splines over
 
 z = ln h, not far below ln 0.004, where films at the wall are alike. The centre has no direction.
 So r_N is its spline times eps^2 / (eps^2 + 2e-4), r_t is times eps / (eps^2 + 2e-4), and r_K is
-nothing at x = 0, as all are for the first h. Before the first x all are constant. Beyond the last
-they go straight on, beyond the last h for a little.
+that of a concentric film at x = 0. For the first h all are nothing there. Before the first x all
+are constant. Beyond the last they go straight on, beyond the last h for a little.
 """
 
 import math

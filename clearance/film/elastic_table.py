@@ -117,12 +117,13 @@ class ElasticKey(Inputs):
 
         n_x, n_h, n_a = self.nodes
         films, values = Films(self), np.empty((n_x, n_a, n_h, FORCE + THICKNESS))
-        angles = np.linspace(0.0, math.pi, n_a).clip(EDGE, math.pi - EDGE)
+        angles, centre = np.linspace(0.0, math.pi, n_a).clip(EDGE, math.pi - EDGE), np.empty(n_h)
 
         def layer(k: int) -> None:
             for j, angle in enumerate(angles):
                 values[:, j, k] = films.column(thirds[k], angle, n_x)
                 bar.update()
+            centre[k] = films.centre(thirds[k])
 
         thirds = np.linspace(SMALLEST, LARGEST, n_h)
         with tqdm(total=n_h * n_a, desc="elastic film", disable=None, leave=False) as bar:
@@ -130,11 +131,14 @@ class ElasticKey(Inputs):
                 pass
         cells_x, cells_h, cells_a = self.cells
         fill(values)
+        # of r_N, which has a direction beside the centre
+        values[0, ..., 0] = 3.0 * (values[1, ..., 0] - values[2, ..., 0]) + values[3, ..., 0]
         fit = quadratic(values, 0, cells_x, np.zeros(values[0].size))
         fit = quadratic(quadratic(fit, 1, cells_a, "even"), 2, cells_h, "free")
-        fit[:2, :, :2, [0, 1, 3, 4]] = 0.0  # exactly: the rigid film and its gap
-        if self.drag != WET:
-            fit[:2, :, :, FORCE - 1] = 0.0  # exactly: the centre has no direction
+        fill(centre[:, None])
+        fit[:2, :, :, FORCE - 1] = quadratic(centre[:, None], 0, cells_h, "free").T
+        alike = [0, 1, 3, 4] if self.drag == WET else slice(None)
+        fit[:2, :, :2, alike] = 0.0  # exactly: the rigid film and its gap
         fit[-1, ..., 0] = fit[-2, ..., 0] - FALL / cells_x
         force, thickness = fit[..., :FORCE].ravel(), fit[..., FORCE:].ravel()
         steps = cells_h / (LARGEST - SMALLEST)
@@ -178,7 +182,7 @@ def quadratic(values: np.ndarray, axis: int, cells: int, begin) -> np.ndarray:
 
 def fill(values: np.ndarray) -> None:
     """Give nodes without a film what their neighbours over x have; behind the last film the values
-    go on, ever slower. Those of r_N at the centre are the next three's.
+    go on, ever slower.
     """
     slower = np.cumsum(SLOWER ** np.arange(1, len(values)))
     for index in np.ndindex(values.shape[1:]):
@@ -188,7 +192,6 @@ def fill(values: np.ndarray) -> None:
         last = solved[-1]
         rise = line[last] - line[max(last - 1, 0)]
         line[last + 1 :] += rise * slower[: len(line) - 1 - last]
-    values[0, ..., 0] = 3.0 * (values[1, ..., 0] - values[2, ..., 0]) + values[3, ..., 0]
 
 
 def not_negative(rows: np.ndarray) -> np.ndarray:
@@ -260,6 +263,13 @@ class Films:
             over = values[0] / (first * c)
             rows.append((c, c * c, -over * c, -over * c * c, over - 1.0))
         return not_negative(np.array(rows))  # of a film that is positive for all C
+
+    def centre(self, third: float) -> float:
+        """r_K of a concentric film, which has no direction; not a number where there is none."""
+        values = self.solve(CONCENTRIC, third**9 / 12.0, 0.0, third)
+        if values is None or self.key.pressed(CONCENTRIC, values) > THICKEST:
+            return math.nan
+        return math.log(values[2] * elastic.gap_at(0.0, third)[1] / (2.0 * math.pi))
 
     def column(self, third: float, angle: float, count: int) -> np.ndarray:
         """The splines' values (count, 5) at all x, from the middle to contact."""

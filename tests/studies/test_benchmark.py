@@ -26,7 +26,11 @@ LONG = {"feeder", "rotating_load", "engine_load", "periodic_orbit", "chaotic_sta
 #: rounding of another processor, over the error of a row
 SPREAD = 2.0
 #: what films of tables, and wear that jumps, are off by, over the value: as their pages state
-OFF = {"rotating_load": 1e-3, "engine_load": 1e-3, "worn_bushing": 1e-3}
+OFF = {
+    "rotating_load": {"finite_": 1e-3, "elastic_": 1e-3},
+    "engine_load": {"finite_": 1e-3, "elastic_": 1e-2},
+    "worn_bushing": {"": 1e-3},
+}
 
 
 def marked(names):
@@ -39,9 +43,8 @@ def test_this_package_is_within_the_errors(name):
     """All rows of a problem, as the command computes them; statistics with their intervals."""
     answer = benchmark(name)
     for row in answer.rows:
-        allowed = row.row.error + row.width
-        exact = row.row.quantity.startswith("short_")
-        allowed += (0.0 if exact else OFF.get(name, 0.0)) * abs(row.row.value)
+        shares = (s for n, s in OFF.get(name, {}).items() if row.row.quantity.startswith(n))
+        allowed = row.row.error + row.width + sum(shares) * abs(row.row.value)
         assert abs(row.off) <= SPREAD * allowed, row.row.quantity
     assert answer.work.seconds > 0.0
 
@@ -131,7 +134,7 @@ def test_the_maker_has_the_units_and_words_of_the_files(name):
     assert source(name).splitlines()[0].endswith(" ".join(code.__doc__.split()))
 
 
-@pytest.mark.parametrize("name", [*PROBLEMS, "multibody", "reynolds", "free_edges"])
+@pytest.mark.parametrize("name", [*PROBLEMS, "multibody", "yielding", "free_edges"])
 def test_second_codes_share_nothing(name):
     """They import numpy, scipy, numba and each other."""
     text = (ROOT / f"tests/oracles/benchmark/{name}.py").read_text()

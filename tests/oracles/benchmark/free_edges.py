@@ -100,10 +100,14 @@ class Film:
         matrix[self.size :, : self.size] = np.concatenate(self.touch)
         return matrix
 
-    def begin(self, motion):
-        """Edges somewhat beyond half the ring, with the pressure between them."""
+    def half(self, motion):
+        """Where the half of the ring begins on which surfaces approach."""
         eps, rate, w = motion
-        start, reach = np.arctan2(2.0 * rate, eps * w), 0.1
+        return np.arctan2(2.0 * rate, eps * w)
+
+    def begin(self, motion):
+        """Edges somewhat beyond that half, with the pressure between them."""
+        start, reach = self.half(motion), 0.1
         x = np.zeros(self.size + 2 * self.terms)
         x[self.size], x[self.size + self.terms] = start - reach, start + np.pi + reach
         part = slice(self.size)
