@@ -126,7 +126,7 @@ def yielding(step, degrees):
         count = int(np.ceil((last - first) / step))
         size = (last - first) / count
         for at in first + size * np.arange(count):
-            before = journal.place, journal.rate
+            before = journal.centre, journal.rate
             duration = np.radians(size) / CRANK
 
             def load(share, at=at, size=size):
@@ -134,10 +134,10 @@ def yielding(step, degrees):
 
             journal.step(duration, load)
             if at >= SHOWN[0]:
-                gap, share = thinnest(before, (journal.place, journal.rate), duration)
+                gap, share = thinnest(before, (journal.centre, journal.rate), duration)
                 least = min(least, (gap, at + share * size))
         if last in SHOWN[1:]:
-            x, y = CLEARANCE * journal.place
+            x, y = CLEARANCE * journal.centre
             values |= {f"elastic_x_{last:g}deg": x, f"elastic_y_{last:g}deg": y}
     return values | {"elastic_film": CLEARANCE * least[0], "elastic_angle": least[1]}
 

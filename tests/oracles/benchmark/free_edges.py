@@ -101,7 +101,7 @@ class Film:
         return matrix
 
     def half(self, motion):
-        """Where the half of the ring begins on which surfaces approach."""
+        """Begin of the half of the ring on which surfaces approach."""
         eps, rate, w = motion
         return np.arctan2(2.0 * rate, eps * w)
 

@@ -22,7 +22,7 @@ ENDS = SHARE, 0.5 * (1.0 + SHARE), 1.0
 
 
 class Yielding(Film):
-    """The film of a moment: see `Film`; pressure by place for the rate of the next ones."""
+    """The film of a moment: see `Film`; its pressure by theta is the past of later ones."""
 
     def __init__(self, ratio, soft, spin, *degrees):
         super().__init__(ratio, soft, *degrees)
@@ -82,9 +82,9 @@ class Yielding(Film):
 class Journal:
     """A journal of the mass m c over mu L R^3 / c^2 [s^2], at (x, y) over c, at rest."""
 
-    def __init__(self, film, mass, place):
+    def __init__(self, film, mass, centre):
         self.film, self.mass = film, mass
-        self.place, self.rate = np.array(place), np.zeros(2)
+        self.centre, self.rate = np.array(centre), np.zeros(2)
         self.unknown, self.before = None, lambda theta: 0.0 * theta
 
     def step(self, size, load):
@@ -92,26 +92,26 @@ class Journal:
         pace, first = 1.0 / (SHARE * size), np.eye(4)
         pressures, rates, slopes = [self.before], [], []  # slopes: of p, by weights of pressures
         for i, (shares, end) in enumerate(zip(STAGES, ENDS, strict=True)):
-            place, rate, past = self.place, self.rate, pace * first[0]
+            centre, rate, past = self.centre, self.rate, pace * first[0]
             for share, rate_of, slope in zip(shares, rates, slopes, strict=True):
-                place, rate = place + size * share * rate_of[0], rate + size * share * rate_of[1]
+                centre, rate = centre + size * share * rate_of[0], rate + size * share * rate_of[1]
                 past = past + share / SHARE * slope
 
             def before(theta, past=past):
                 return sum(w * p(theta) for w, p in zip(past, pressures, strict=False))
 
-            speed = self.settle(place, rate, pace, before, np.array([load(end), 0.0]))
+            speed = self.settle(centre, rate, pace, before, np.array([load(end), 0.0]))
             rates.append((speed, pace * (speed - rate)))
             slopes.append(pace * first[i + 1] - past)
             pressures.append(self.film.pressure(self.unknown))
-        self.place, self.rate, self.before = place + speed / pace, speed, pressures[-1]
+        self.centre, self.rate, self.before = centre + speed / pace, speed, pressures[-1]
 
-    def settle(self, place, rate, pace, before, push):
-        """Rate of the place at the end of a stage, with the film there, by Newton's method."""
+    def settle(self, centre, rate, pace, before, push):
+        """Rate of the centre at the end of a stage, with the film there, by Newton's method."""
         film, speed = self.film, self.rate.copy()
 
         def motion(u):
-            return (*(place + u / pace), *u, pace, before)
+            return (*(centre + u / pace), *u, pace, before)
 
         z = film.begin(motion(speed)) if self.unknown is None else self.unknown
         for _ in range(40):
