@@ -222,10 +222,12 @@ class ToleranceSearch:
             except CompanionFailed as reason:
                 return self._unstated(tight, str(reason))
             verdict = self._verdict(errors, rtol)
-            if verdict is not None and self._films_again(loose):
-                self.past.pop()
-                errors = self._with_films(errors)
-                verdict = self._verdict(errors, rtol)
+            closer = [(rtol, tight.record), loose]
+            while closer and verdict is not None and (verdict or len(closer) > 1):
+                if self._films_again(closer.pop()):
+                    self.past.pop()
+                    errors = self._with_films(errors)
+                    verdict = self._verdict(errors, rtol)
             cannot = verdict or ""
             self.best = Outcome(
                 tight, replace(errors, asked=dict(self.request.asked), cannot=cannot), cannot

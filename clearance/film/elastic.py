@@ -67,7 +67,7 @@ _elastic = DataLaw(
         "shown": {
             "film_middle": ("m", "gap of the elastic surfaces in the middle", films),
             "film_least": ("m", "least gap of the elastic surfaces", films, 1),
-            "film_wedge": ("1", "C_w of the elastic film", motion),
+            "film_wedge": ("1", "C_w that the elastic film feels", motion),
             "film_squeeze": ("1", "C_s that the elastic film feels", motion, 1),
         },
         "linear_in_viscosity": False,

@@ -297,6 +297,10 @@ def motion(
     pressure_viscosity,
     follows=1.0,
 ):
-    """Size of C_w, and chi C_s, of which the film has its size."""
+    """C_w, and chi C_s, of which the film has its size.
+
+    C_w is times eps / MIDDLE below MIDDLE. A journal that passes the centre swings round it so fast
+    that C_w itself has no bound.
+    """
     state = resolved(eccentricity_ratio, radial_rate, entrainment, joint, liner, follows)
-    return 12.0 * abs(state[1]) / eccentricity_ratio, 12.0 * state[0]
+    return 12.0 * abs(state[1]) / max(eccentricity_ratio, MIDDLE), 12.0 * state[0]

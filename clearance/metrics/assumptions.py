@@ -182,8 +182,11 @@ def _shortest(record: Record, frequency: float) -> float | None:
 
 # --- films
 def _liner(record: Record, joint: dict) -> Iterator[Assumption]:
-    """Depth to which the largest film pressure presses the bearing's layer in."""
-    if joint["type"] != "ClearanceRevolute" or joint.get("elastic"):
+    """Depth to which the largest film pressure presses the bearing's layer in, without a film that
+    has it already.
+    """
+    yields = joint.get("elastic") or (joint.get("film") or {}).get("liner")
+    if joint["type"] != "ClearanceRevolute" or yields:
         return
     facts = record.facts(f"joints/{joint['name']}")
     pressure, gap = facts.get("film_pressure"), facts.get("smallest_gap")

@@ -486,6 +486,45 @@ def test_an_interrupted_request_keeps_its_best_run(feeder, tmp_path, monkeypatch
         assert stored.errors.asked == {"all": 1e-3}
 
 
+def quick_return(speed: float, clearance: float, viscosity: float, force: float) -> cl.Scene:
+    """A crank, a lever with a slot, and a ram that cuts, on a pin with a liner."""
+    crank = cl.Body.bar("crank", {"shaft": 0, "pin": 0.06}, section=0.025)
+    lever = cl.Body.bar("lever", {"pivot": 0, "tip": 0.28}, section=(0.02, 0.04), angle=1.5)
+    rod = cl.Body.bar("rod", {"tip": 0, "wrist": 0.16}, section=0.02)
+    ram = cl.Body("ram", mass=6.0, inertia=0.05, points={"wrist": (0, 0)})
+    pin = {"radius": 0.012, "length": 0.024, "lubricant": cl.Lubricant(viscosity)}
+    pin |= {"clearance": clearance, "film": cl.elastic_film(liner=3e-14, pressure_viscosity=0.0)}
+    return cl.Scene(
+        cl.Revolute(cl.ground, crank["shaft"]),
+        cl.Revolute(cl.ground.at(0, -0.14), lever["pivot"]),
+        cl.PinSlot(lever["pivot"], crank["pin"]),
+        cl.Revolute(lever["tip"], rod["tip"]),
+        cl.ClearanceRevolute(rod["wrist"], ram["wrist"], name="wrist", **pin),
+        cl.Prismatic(cl.ground.at(0.16, 0.13), ram["wrist"]),
+        cl.Drive(crank, speed=speed),
+        cl.Force(ram["wrist"], x=force),
+    )
+
+
+def test_a_film_is_blamed_for_its_own_part_alone():
+    """Random machines whose first, loose runs may part: where the film's table is the reason, its
+    part of a run at 1e-6 is above half of the request. It was less in five of 96, down to a
+    twentieth. One may be a peak that comes and goes.
+    """
+    asked, blamed = 0.1, []
+    for rng in map(np.random.default_rng, (0, 1, 4, 5)):
+        for draw in rng.uniform([6.0, 9e-5, -2.0, 100.0], [30.0, 1.2e-4, -1.0, 700.0], (24, 4)):
+            scene = quick_return(draw[0], draw[1], 10.0 ** draw[2], draw[3])
+            try:
+                cl.simulate(scene, turns=2, error=asked, **SAMPLES)
+            except NotReached as stop:
+                if "film table alone" in str(stop):
+                    errors = cl.simulate(scene, turns=2, **SAMPLES).errors
+                    parts = [abs(errors[n].film / errors[n].value) for n in printed(errors)]
+                    blamed.append(max(parts))
+    assert sum(part < 0.5 * asked for part in blamed) <= 1, blamed
+
+
 def test_the_command_asks(tmp_path, typed):
     """Exit status 0 where it is reached, 1 with the file where not, 2 for what does not go
     together.

@@ -142,6 +142,24 @@ class TestLimits:
 
 
 class TestFilm:
+    @pytest.mark.parametrize("seed", few_of(range(6), 2))
+    def test_passing_the_centre(self, seed):
+        """A journal that passes the centre straight, within 1e-12 to 0.05 of the clearance: C_w is
+        at most ten times that of a squeeze as fast, beside that of the surfaces. At rest in the
+        centre it is nothing, from 0.1 on C_w.
+        """
+        rng = np.random.default_rng(seed)
+        for _ in range(50):
+            apart, speed, turn = 10.0 ** rng.uniform([-12.0, -3.0, -3.0], [-1.3, 0.0, 0.0])
+            for along in np.concatenate([[0.0], apart * np.geomspace(1e-2, 1e3, 9)]):
+                eps = math.hypot(apart, along)
+                swing = turn + 2.0 * speed * apart / eps**2
+                felt, _ = elastic.motion(eps, speed * along / eps, swing, *rest(None))
+                assert felt <= 6.0 * turn + 120.0 * speed * (1.0 + 1e-12)
+                if eps >= elastic.MIDDLE:
+                    assert felt == pytest.approx(6.0 * swing, rel=1e-12)
+        assert elastic.motion(0.0, 0.0, 1.0, *rest(None)) == (0.0, 0.0)
+
     def test_central_film(self):
         """psi of long bearings in rotation (ehl.md): 2 %."""
         rows = ((-7.96, 0.2), (-3.17, 0.269), (-0.79, 0.431), (0.0, 0.615), (0.79, 1.019))

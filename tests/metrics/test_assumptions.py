@@ -81,6 +81,14 @@ class TestFilms:
             liner.share * lubricated.facts("joints/C")["smallest_gap"], rel=1e-12
         )
 
+    @pytest.mark.parametrize("liner", [1e-15, 1e-13, 1e-11])
+    def test_a_film_on_a_liner(self, lubricated, liner):
+        """A film whose surface yields leaves nothing of that out; one with a liner of 0 does."""
+        (joint,) = (j for j in lubricated.scene["joints"] if j["name"] == "C")
+        for compliance, count in ((0.0, 1), (liner, 0)):
+            film = joint["film"] | {"liner": compliance}
+            assert len(list(module._liner(lubricated, joint | {"film": film}))) == count
+
     def test_links_beside_the_clearance(self, lubricated):
         """Bending of each link over the clearance."""
         bent = [a for a in cl.assumptions(lubricated) if a.kind == "bending"]
