@@ -58,7 +58,8 @@ def sine_of_contact(gap, pressed, eccentricity_ratio):
     """Sine of the angle from the line of centres to where rough surfaces have a gap (over c)."""
     cosine = (1.0 - gap + pressed) / max(eccentricity_ratio, 0.1)
     square = 1.0 - cosine * cosine
-    return math.sqrt(0.5 * (square + math.sqrt(square * square + 1e-12)))
+    root = math.sqrt(square * square + 1e-12)
+    return math.sqrt(0.5 * (square + root if square > 0.0 else 1e-12 / (root - square)))
 
 
 @cache

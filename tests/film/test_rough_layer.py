@@ -2,6 +2,7 @@
 
 import math
 import random
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -225,6 +226,36 @@ class TestJoint:
         mixed = {"contact": cl.winkler(), "transition": cl.fuzzy(), "elastic": True}
         with pytest.raises(ValueError, match="with asperity beside it"):
             self.joint(film=cl.table_film(), **mixed)
+
+    def test_near_the_middle(self):
+        """Runs of 30 random rough joints that begin near the middle of their clearance, 2 to 20
+        roughnesses wide: all come to their end. Far from the film its sine of contact has no slope.
+        """
+        rng = np.random.default_rng(4)
+        for _ in range(30):
+            clearance, offset = 10.0 ** rng.uniform(-5.0, -3.7), rng.uniform(0.0, 0.1)
+            journal = cl.Body("journal", 1.0, 1e-3)
+            joint = cl.ClearanceRevolute(
+                cl.ground,
+                journal,
+                name="B",
+                radius=0.02,
+                clearance=clearance,
+                length=0.02,
+                film=cl.elastic_film(
+                    liner=10.0 ** rng.uniform(-14.0, -12.0), pressure_viscosity=0.0
+                ),
+                lubricant=cl.Lubricant(0.05),
+                roughness=clearance * rng.uniform(0.05, 0.5),
+                asperity=cl.greenwood_tripp(modulus=10.0 ** rng.uniform(8.5, 11.0)),
+                friction=cl.coulomb(coefficient=0.1),
+                eccentricity=(0.0, -offset * clearance),
+            )
+            load, drive = cl.Force(journal, y=-300.0), cl.Drive(journal, speed=50.0, start=0.0)
+            scene = cl.Scene(joint, load, drive, gravity=(0.0, 0.0))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of so rough a joint
+                assert cl.simulate(scene, turns=0.1).status == "complete"
 
     @pytest.mark.slow
     def test_run(self):
