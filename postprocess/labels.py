@@ -207,6 +207,7 @@ def _model(joint: dict) -> str:
     if not joint.get("film"):
         return "dry"
     shared = joint.get("transition") and _law(joint["transition"]) != "superposed"
+    shared = shared or joint.get("asperity")  # of a film on a layer
     return "mixed" if shared else "lubricated"
 
 

@@ -4,6 +4,7 @@ missing is stated.
 
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -345,6 +346,14 @@ def test_runs_are_told_apart_by_their_friction():
     wide = label(joint_coulomb(coefficient=0.1), radius=0.02)
     assert labels_of([smooth, wide]) == ["pin radius 10 mm", "pin radius 20 mm"]
     assert title(smooth) == "28.65 rpm, joint_coulomb in joint pin"
+
+
+@pytest.mark.parametrize("beside", [{}, {"asperity": {"law": "greenwood_tripp"}}])
+def test_a_film_with_summits_is_mixed(beside):
+    """A film that is contact too has no transition."""
+    joint = {"name": "B", "clearance": 1e-4, "film": {"law": "elastic"}} | beside
+    record = SimpleNamespace(turn=None, scene={"joints": [joint]})
+    assert about(record) == [f"B {'mixed' if beside else 'lubricated'} c = 0.1 mm"]
 
 
 def test_titles_count_many_joints(crowd, run):
