@@ -4,6 +4,7 @@ import inspect
 import re
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -224,6 +225,7 @@ def test_code_is_python_and_fits_a_page(path):
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(bool(find_spec("myst_nb")), reason="the test of the site runs all of it")
 @pytest.mark.parametrize("path", [*NOTEBOOKS, *GALLERY], ids=lambda p: p.stem)
 def test_code_runs(path, tmp_path):
     """As a script of a process, so that laws have their source."""

@@ -119,7 +119,7 @@ class Installed:
             env=environment,
             capture_output=True,
             text=True,
-            timeout=900,
+            timeout=2400,  # the site runs all notebooks, and a busy machine takes long
         )
         assert done.returncode == 0, done.stderr[-3000:]
         return done.stdout
