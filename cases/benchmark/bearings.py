@@ -115,14 +115,15 @@ def engine_load(run: Work) -> dict[str, float]:
         values[f"{prefix}film"] = float(least.value)
         values[f"{prefix}angle"] = math.degrees(CRANK * least.time) - CYCLE
     soft = cl.elastic_film(liner=2e-14, pressure_viscosity=0.0)
-    result = _engine(run, soft, 530.0, 690.0, 17)
+    begin, searched = 530.0, 570.0
+    result = _engine(run, soft, begin, 690.0, 17)
     joint = result.joint("B")
     for i in range(7, 17, 3):
-        at = f"{530 + 10 * i}deg"
+        at = f"{begin + 10 * i:g}deg"
         values[f"elastic_x_{at}"] = float(joint.eccentricity_x[i])
         values[f"elastic_y_{at}"] = float(joint.eccentricity_y[i])
-    least = result.extreme("joints/B/gap_min", begin=math.radians(40.0) / CRANK)
-    angle = 530.0 + math.degrees(CRANK * least.time)
+    least = result.extreme("joints/B/gap_min", begin=math.radians(searched - begin) / CRANK)
+    angle = begin + math.degrees(CRANK * least.time)
     return values | {"elastic_film": float(least.value), "elastic_angle": angle}
 
 

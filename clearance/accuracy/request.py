@@ -222,12 +222,10 @@ class ToleranceSearch:
             except CompanionFailed as reason:
                 return self._unstated(tight, str(reason))
             verdict = self._verdict(errors, rtol)
-            closer = [(rtol, tight.record), loose]
-            while closer and verdict is not None and (verdict or len(closer) > 1):
-                if self._films_again(closer.pop()):
-                    self.past.pop()
-                    errors = self._with_films(errors)
-                    verdict = self._verdict(errors, rtol)
+            if verdict is not None:
+                errors, verdict = self._closer(errors, verdict, rtol, loose)
+            if verdict:  # a film is blamed by its part at the run's tolerance alone
+                errors, verdict = self._closer(errors, verdict, rtol, (rtol, tight.record))
             cannot = verdict or ""
             self.best = Outcome(
                 tight, replace(errors, asked=dict(self.request.asked), cannot=cannot), cannot
@@ -261,6 +259,20 @@ class ToleranceSearch:
 
     def _film_factor(self) -> float:
         return film_factor(tables(self.run.mechanism).values())
+
+    def _closer(
+        self,
+        errors: Errors,
+        verdict: str | None,
+        rtol: float,
+        loose: tuple[float, MemoryRecord] | None,
+    ) -> tuple[Errors, str | None]:
+        """Errors and verdict with the films' part of another companion, if it is closer."""
+        if not self._films_again(loose):
+            return errors, verdict
+        self.past.pop()
+        errors = self._with_films(errors)
+        return errors, self._verdict(errors, rtol)
 
     def _films_again(self, loose: tuple[float, MemoryRecord] | None) -> bool:
         """Make the films' part again, at the tolerance of the last companion; False where it stays.
