@@ -14,7 +14,7 @@ from clearance.postprocess.channels import channel, drive_angle, interpolation, 
 from clearance.postprocess.labels import axis_label, shown_in, with_unit, wrapped
 from clearance.postprocess.sections import bifurcation, section, section_times
 
-from clearance.metrics.metrics import FEWEST as TURNS
+from clearance.metrics.metrics import RECURRING as TURNS
 from clearance.metrics.metrics import SETTLING
 from clearance.results.record import Record
 from clearance.sweeping.index import Sweep

@@ -40,7 +40,7 @@ def run(options) -> int:
         if not options.json:
             print(answers[-1])
     if options.output:
-        Path(options.output).write_text(source(names[0]), encoding="utf-8")
+        _write(Path(options.output), source(names[0]))
     if options.json:
         listed = {name: problem.text for name, problem in PROBLEMS.items()}
         print(json_text({a.name: a.plain for a in answers} if names else listed))
@@ -48,3 +48,10 @@ def run(options) -> int:
         for number, (name, problem) in enumerate(PROBLEMS.items(), 1):
             print(f"{number:2} {name:20} {problem.text}")
     return FAILED if options.against and not answers[0].inside else DONE
+
+
+def _write(path: Path, text: str) -> None:
+    """A file of references, never over another one."""
+    if path.exists() and path.read_bytes() != text.encode():
+        raise ValueError(f"-o {path} is there already; give another name")
+    path.write_text(text, encoding="utf-8")

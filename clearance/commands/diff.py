@@ -1,6 +1,7 @@
 """`clearance diff`: two runs side by side."""
 
 from fnmatch import fnmatchcase
+from itertools import zip_longest
 
 from clearance.commands.common import existing, show
 from clearance.files.texts import listed
@@ -13,10 +14,20 @@ OPTIONS = {
 
 
 def _short(fact: object) -> str:
-    """A fact in print: of texts of several lines, such as a law's source, their number."""
+    """A fact in print: of texts of several lines their number."""
     text = str(fact)
-    lines = text.strip().count("\n") + 1
+    lines = len(text.splitlines())
     return f"text of {lines} lines" if lines > 1 else text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def _pair(first: object, second: object) -> str:
+    """Both sides of a fact: of two texts, such as a law's source, the first line that differs."""
+    texts = [str(fact).splitlines() for fact in (first, second)]
+    if min(map(len, texts)) > 1:
+        for number, pair in enumerate(zip_longest(*texts, fillvalue=""), 1):
+            if pair[0] != pair[1]:
+                return f"line {number}: {_short(pair[0].strip())} | {_short(pair[1].strip())}"
+    return f"{_short(first)} | {_short(second)}"
 
 
 def run(options) -> int:
@@ -34,7 +45,7 @@ def run(options) -> int:
         "metrics": [vars(r) | {"change": r.change, "beyond_errors": r.beyond} for r in rows],
     }
     lines = ["not shared:" if facts else "the runs share scene and options"]
-    lines += [f"  {name}: {_short(first)} | {_short(second)}" for name, first, second in facts]
+    lines += [f"  {name}: {_pair(first, second)}" for name, first, second in facts]
     lines.append(f"{'number':<40} {'A':>13} {'B':>13} {'B - A':>12} {'share':>9} {'errors':>9}")
     for r in rows:
         share = f"{100.0 * r.relative:+8.3g}%" if r.first else "       -"

@@ -18,7 +18,8 @@ MAIN, INTERFACE, PAGE = "main.c", "fmi3.c", "page.c"
 WIDTH = 96
 #: constants of the loop that the stepper in C shares
 CONTROL = ("SQUEEZE", "FILM_ERROR", "RESOLVED", "FORGET", "SMALLEST", "CLEARLY", "EARLIEST")
-CONTROL += ("SAFETY", "SHRINK", "GROW", "DOUBTED", "NEARLY", "ONSET", "NEWTON_FAILED", "FLIP_LIMIT")
+CONTROL += ("SAFETY", "SHRINK", "GROW", "DOUBTED", "NEARLY", "ONSET", "WOUND", "NEWTON_FAILED")
+CONTROL += ("FLIP_LIMIT",)
 TITLE = f"/* Made by clearance {VERSION}. MIT licence. %s */\n"
 
 

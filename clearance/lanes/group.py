@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from types import SimpleNamespace
 
@@ -90,7 +90,8 @@ class Points:
         tables: those of each point (points, numbers), or of all (numbers,), where they are not the
         group's; ideal: numbers of each sample, likewise (points, numbers, samples); rtol: where
         it is not the group's; ends: of the turns, where these differ in length (points, turns) [s];
-        length: of the runs whose first turns these are [s].
+        length: of the runs whose first turns these are [s]; past, count: turns before the window
+        and in it, where they are steady; samples: of each run, where not the group's.
     """
 
     y: np.ndarray
@@ -109,13 +110,40 @@ class Points:
     rtol: float | np.ndarray | None = None
     ends: np.ndarray | None = None
     length: np.ndarray | None = None
+    past: np.ndarray | None = None
+    count: np.ndarray | None = None
+    samples: np.ndarray | None = None
+
+    @property
+    def end(self) -> np.ndarray:
+        """Ends of the windows [s]."""
+        if self.count is None or self.ends is not None:
+            return self.until
+        return np.minimum((self.past + self.count) * self.turn, self.until)
 
     @property
     def turns(self) -> int:
         """Turns of a run, the last may be a part of one."""
         if self.ends is not None:
             return self.ends.shape[1]
-        return math.ceil(float((self.until / self.turn).max()) * (1.0 - 1e-9))
+        return int(self.each_turns.max())
+
+    @property
+    def each_turns(self) -> np.ndarray:
+        """Turns of each run."""
+        if self.ends is not None:
+            return np.isfinite(self.ends).sum(axis=1)
+        return np.ceil(self.until / self.turn * (1.0 - 1e-9)).astype(int)
+
+    def at(self, rows: np.ndarray) -> "Points":
+        """Some of the points."""
+        if rows.all():
+            return self
+        films, several = {n: v[:, rows] for n, v in self.films.items()}, ("tables", "ideal", "ends")
+        vectors = {n: v for n, v in vars(self).items() if isinstance(v, np.ndarray)}
+        rest = {n: v[..., rows] for n, v in vectors.items() if n not in several}
+        first = {n: vectors[n] for n in several if n in vectors and vectors[n].ndim > 1}
+        return replace(self, **rest, **{n: v[rows] for n, v in first.items()}, films=films)
 
 
 @dataclass
@@ -139,9 +167,19 @@ class Answers:
     steps: np.ndarray
     rejected: np.ndarray
 
+    def at(self, rows: np.ndarray) -> "Answers":
+        """Results of some of the points."""
+        if rows.all():
+            return self
+        numbers = np.cumsum(rows) - 1
+        mine = self.impacts[rows[self.impacts[:, 0].astype(int)]]
+        mine[:, 0] = numbers[mine[:, 0].astype(int)]
+        rest = {n: v[rows] for n, v in vars(self).items() if n != "impacts"}
+        return replace(self, **rest, impacts=mine)
+
 
 class Group:
-    """Runs of one structure with one method, tolerance and number of samples.
+    """Runs of one structure with one method, tolerance and largest number of samples.
 
     channels: outputs that are looked at, to which the watch refers; data: parameter vector of one
         of them, with the tables behind; ideal: numbers of each sample (numbers, samples); shared:
@@ -219,9 +257,19 @@ class Group:
         return np.ascontiguousarray(np.concatenate(parts).T)
 
     def _spans(self, points: Points) -> np.ndarray:
-        every = points.until / (self.samples - 1)
-        count = np.full_like(every, self.samples)
-        return np.column_stack([points.begin, points.until, every, count, points.turn])
+        samples = self.samples if points.samples is None else points.samples
+        count = np.broadcast_to(samples, points.until.shape)
+        every = points.until / (count - 1)
+        columns = (
+            points.begin,
+            points.until,
+            every,
+            count,
+            points.turn,
+            points.each_turns,
+            points.end,
+        )
+        return np.column_stack(columns)
 
     def blank(self) -> np.ndarray:
         """Rows of a lane before its point."""
@@ -266,7 +314,9 @@ class Group:
         names = "extremes", "totals", "ledgers", "tracks"
         answers = {n: arrays[n][:, :turns] if n != "tracks" else arrays[n] for n in names}
         quantities = self.watch.quantities
-        answers["extremes"] = extremes = answers["extremes"] * [q.sign for q in quantities]
+        unmade = np.arange(arrays["extremes"].shape[1]) >= arrays["spans"][:, queue.RUN_TURNS, None]
+        seen = np.where(unmade[:, :turns, None], -np.inf, answers["extremes"])
+        answers["extremes"] = extremes = seen * [q.sign for q in quantities]
         paired = [q.paired for q in quantities]
         extremes[..., paired] = np.sqrt(np.maximum(extremes[..., paired], 0.0))
         parts = [rows for driver in drivers for rows in (*driver.impacts, driver.open_contacts())]

@@ -44,14 +44,18 @@ class IdealMotions:
                 par[layout.parameters[name]] = values_of(number)
         return par
 
-    def along(self, scene: Scene, until: np.ndarray) -> np.ndarray:
+    def along(
+        self, scene: Scene, until: np.ndarray, samples: np.ndarray | None = None
+    ) -> np.ndarray:
         """Places and accelerations along the guides: (points, numbers, samples); accelerations are
         those at the speed of the first scene.
 
-        scene: of columns; until: lengths of the runs [s].
+        scene: of columns; until: lengths of the runs [s]; samples: their numbers, where they
+        differ. Numbers behind the last sample are those there.
         """
         angle = until * values_of(rate_of(scene.description()))
-        times = (np.arange(self.samples) / (self.samples - 1))[:, None] * angle
+        count = self.samples if samples is None else samples
+        times = np.minimum(np.arange(self.samples)[:, None] / (count - 1), 1.0) * angle
         outputs = self.outputs.along(self.numbers(scene, len(until)), times)
         rows = []
         for (dx, dy), (x, y, ax, ay) in zip(
@@ -68,6 +72,7 @@ class IdealMotions:
         described = run.mechanism.scene.description()
         single = ideal_motion(run.mechanism.scene, run.span, described)
         rows = [row for pair in (single or {}).values() for row in pair]
+        ideal = ideal[:, : run.span.samples]
         scale = [1.0, (self.rate / rate_of(described)) ** 2] * len(self.slides)
         for row, values, share in zip(rows, ideal, scale, strict=False):
             if not np.allclose(row * share, values, rtol=0.0, atol=SAME * np.abs(values).max()):

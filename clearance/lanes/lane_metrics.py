@@ -31,6 +31,7 @@ from clearance.lanes.watch import Quantity, Reduction, Watch
 from clearance.mechanism.build import Mechanism
 from clearance.metrics.by_turn import Turns, every, loads
 from clearance.metrics.metrics import (
+    RECURRING,
     ROUNDING,
     Metric,
     Metrics,
@@ -41,10 +42,12 @@ from clearance.metrics.metrics import (
     jam_channels,
     offsets,
     periodicity,
+    recurring,
     reduced,
     touching,
 )
-from clearance.metrics.of_points import is_dry, of_point, peak_means, statistics
+from clearance.metrics.of_points import SHARES, is_dry, of_point, peak_means, statistics
+from clearance.metrics.statistics import FEWEST, told
 from clearance.results.errors import TRAJECTORY
 from clearance.results.extremes import BOTH, Extreme
 from clearance.results.record import Record, time_of
@@ -186,7 +189,7 @@ class LaneTurns(Turns):
     """Numbers of the turns of many runs, (runs, turns), from a number of turns on.
 
     seen: numbers that lanes have of them; labels: of their contacts; past: turns before; count: of
-    turns.
+    turns, behind which there may be others.
     """
 
     def __init__(
@@ -206,14 +209,16 @@ class LaneTurns(Turns):
         if ends is None:
             ends = np.arange(1, past + count + 1) * points.turn[:, None]
         #: times between which the turns lie, (runs, turns + 1) [s]
-        self.edges = np.insert(ends, 0, 0.0, axis=1)[:, -count - 1 :]
-        by_turn = np.moveaxis(answers.extremes[:, past:], -1, 0)
+        self.edges = np.insert(ends, 0, 0.0, axis=1)[:, past : past + count + 1]
+        end = past + count
+        by_turn = np.moveaxis(answers.extremes[:, past:end], -1, 0)
         self.peaks = dict(zip(seen.quantities, by_turn, strict=True))
-        self.totals = dict(zip(seen.reductions, np.moveaxis(answers.totals, -1, 0), strict=True))
+        totals = np.moveaxis(answers.totals[:, :end], -1, 0)
+        self.totals = dict(zip(seen.reductions, totals, strict=True))
         # the first integral is what is put in
         size = answers.ledgers.shape[-1]
         start = points.y[len(points.y) - size :].T[:, None]
-        spent = np.concatenate([start, answers.ledgers], axis=1)[:, past:, 1:]
+        spent = np.concatenate([start, answers.ledgers], axis=1)[:, past : end + 1, 1:]
         parts = zip(mechanism.layout.dissipated, np.moveaxis(spent, -1, 0), strict=True)
         self.spent = {f"{key}/dissipated": values for key, values in parts}
         self.spent["energy/dissipated"] = spent.sum(axis=-1)
@@ -249,16 +254,25 @@ class LaneTurns(Turns):
 
 
 class LaneReductions(Reductions):
-    """Numbers of the windows of many runs: values (runs,)."""
+    """Numbers of the windows of many runs: values (runs,).
 
-    def __init__(self, lanes: "LaneMetrics", answers: Answers, points: Points):
-        self.length = points.until - points.begin
-        count, *words = lanes.window.per()
-        super().__init__(lanes.record, (self.length if lanes.turns is None else count, *words))
-        self.lanes, self.points, self.answers = lanes, points, answers
-        turns = 0 if lanes.turns is None else round(lanes.turns)
+    past, count: turns before the windows and in them; count None: the windows are the runs.
+    """
+
+    def __init__(
+        self,
+        lanes: "LaneMetrics",
+        answers: Answers,
+        points: Points,
+        past: int,
+        count: int | None,
+    ):
+        self.length = points.end - points.begin
+        words = lanes.window.per()[1:]
+        super().__init__(lanes.record, (self.length if count is None else float(count), *words))
+        self.lanes, self.points, self.answers, self.count = lanes, points, answers, count
         about = lanes.wanted, lanes.mechanism, lanes.contacts, answers, points
-        self.turns = LaneTurns(*about, lanes.past, turns)
+        self.turns = LaneTurns(*about, past, count or answers.ledgers.shape[1])
 
     def described(self, joint: str) -> dict:
         """Description of a joint, with the numbers of each run."""
@@ -306,8 +320,8 @@ class LaneReductions(Reductions):
 
     def window(self, run: "RunInLanes") -> Window:
         """The window of one run."""
-        begin, until = (float(a[run.index]) for a in (self.points.begin, self.points.until))
-        return Window.between(run, begin, until, self.lanes.turns)
+        begin, end = (float(a[run.index]) for a in (self.points.begin, self.points.end))
+        return Window.between(run, begin, end, self.count)
 
 
 class LaneMetrics:
@@ -360,9 +374,9 @@ class LaneMetrics:
         return len(self.wanted.tracks) * self.span.samples + len(self.wanted.quantities) * turns
 
     def _check_window(self) -> None:
-        """Metrics are about the last complete turns of the run, which begin with a turn."""
+        """Metrics are about complete turns, from the end of one on."""
         window = Window.of(self.record, self.settle)
-        turn, until = self.mechanism.scene.turn, self.span.until
+        turn = self.mechanism.scene.turn
         if turn is None and window is not None and window.begin == 0.0:
             self.window, self.turns, self.past = window, None, 0
             return
@@ -373,40 +387,49 @@ class LaneMetrics:
             raise NotForLanes("its metrics leave out a part that is no turn of a steady drive")
         before = window.begin / turn
         self.past = round(before)  # turns before the window
-        on_turn = abs(before - self.past) < ROUNDING
-        if not on_turn or window.end < until * (1.0 - ROUNDING) or window.turns < 1.0 - ROUNDING:
-            raise NotForLanes("the run does not end with the whole turns of its metrics")
+        if abs(before - self.past) >= ROUNDING or window.turns < 1.0 - ROUNDING:
+            raise NotForLanes("its metrics are not about complete turns")
         self.window, self.turns = window, window.turns
 
     def _check_counted(self, window: Window | None) -> None:
         """Metrics are about complete turns that a finite drive has made, from a complete one on."""
-        self.turned = self._whole_turns(float(self.record.turns_at(self.record.time[-1])))
-        if window is None or not float(self.turned[0]).is_integer() or self.turned[1] < 1:
-            raise NotForLanes("its metrics are not about whole turns of its drive")
+        settle, count = self.whole_turns(np.array(self.record.turns_at(self.record.time[-1])))
+        if window is None or not float(settle).is_integer() or count < 1:
+            raise NotForLanes("its metrics are not about complete turns of its drive")
         self.window, self.turns = window, window.turns
-        self.past = 1 + round(self.turned[0])  # the first is the entire run
+        self.past = 1 + round(float(settle))  # the first is the entire run
 
-    def _whole_turns(self, turns: float) -> tuple[float, int]:
+    def whole_turns(self, turns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Turns that are left out, and complete ones after them, of those made; see `Window.of`."""
-        turns *= 1.0 + ROUNDING
-        settle = float(turns >= 2.0) if self.settle is None else self.settle
-        return settle, math.floor(turns - settle)
+        turns = turns * (1.0 + ROUNDING)
+        settle = np.where(turns >= 2.0, 1.0, 0.0) if self.settle is None else self.settle
+        return np.broadcast_to(settle, turns.shape), np.floor(turns - settle).astype(int)
 
-    def ends_of_turns(self, answers: Answers, points: Points) -> tuple[np.ndarray, np.ndarray]:
-        """Ends of turns of finite drives (points, turns) [s], by their angles, up to the last that
-        metrics are about.
+    def ends_of_turns(
+        self, answers: Answers, points: Points
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Ends of turns of finite drives (points, turns) [s], by their angles, endless behind the
+        last that metrics are about; turns that are left out, and those after them.
 
-        True for points that made as many as the first.
+        Points that metrics are not about have no turns.
         """
-        turns, good = np.arange(1.0, self.past + round(self.turns)), answers.status == status.DONE
-        ends = turns / turns.size * points.until[:, None]
         tracks = answers.tracks[:, list(self.wanted.tracks).index(self.counted)]
-        for i, counted in enumerate(np.maximum.accumulate(tracks, axis=1)):
-            good[i] &= self._whole_turns(float(counted[-1])) == self.turned
-            if good[i]:
-                times = np.linspace(0.0, points.until[i], self.span.samples)
-                ends[i] = time_of(turns, times, counted)
-        return ends, good
+        samples = np.broadcast_to(self.samples_of(points), points.until.shape)
+        counted = np.maximum.accumulate(tracks, axis=1)
+        rows = np.arange(len(samples))
+        settle, count = self.whole_turns(counted[rows, samples - 1])
+        count = np.where((answers.status == status.DONE) & (count >= 1), count, 0)
+        total = np.where(count > 0, settle + count, 0).astype(int)
+        ends = np.full((len(samples), max(total.max(), 1)), np.inf)
+        for i in np.flatnonzero(total):
+            times = np.linspace(0.0, points.until[i], samples[i])
+            turns = np.arange(1.0, total[i] + 1.0)
+            ends[i, : total[i]] = time_of(turns, times, counted[i, : samples[i]])
+        return ends, settle.astype(int), count
+
+    def samples_of(self, points: Points) -> int | np.ndarray:
+        """Numbers of samples of points."""
+        return self.span.samples if points.samples is None else points.samples
 
     def _state(self, stating: Stating) -> Metrics:
         """Stated errors of the first point. Raises NotForLanes where there are none."""
@@ -453,7 +476,7 @@ class LaneMetrics:
             wanted.tracks[self.counted] = wanted.channel(self.counted)
         if self.turns is not None:
             (every if self.dry else loads)(wanted)
-        self.periodic = self.turns is not None and self.turns >= 3.0
+        self.periodic = self.turns is not None and self.turns >= RECURRING
 
     def _want_offsets(self) -> None:
         """Offsets of journals and blocks at all samples, for periods and requested errors.
@@ -494,13 +517,19 @@ class LaneMetrics:
         within their laws.
         """
         moved = (answers.states != points.y.T).any(axis=1)
-        good = moved & (answers.status == status.DONE) & ~self._deep(answers, points)
+        good = (
+            moved
+            & self._alike(points)
+            & (answers.status == status.DONE)
+            & ~self._deep(answers, points)
+        )
         if points.ideal is not None:
             good &= np.isfinite(points.ideal).all(axis=(1, 2))
         if "energy/residual_max" not in self.wanted.quantities:
             return good
+        later = _turns_of(answers) >= (self.past if points.past is None else points.past[:, None])
         low, high, least, most = (
-            self._of_all(answers, f"energy/{name}_{end}", self.past)
+            self._of_all(answers, f"energy/{name}_{end}", later)
             for name in ("kinetic", "residual")
             for end in BOTH
         )
@@ -509,23 +538,73 @@ class LaneMetrics:
         doubt = np.array([doubtful(r) for r in np.broadcast_to(rtol, turned.shape)])
         return good & (most - least <= doubt * turned)
 
-    def _of_all(self, answers: Answers, name: str, first: int = 0) -> np.ndarray:
-        """Outermost of the extremes of a quantity in the turns from one on."""
-        values = answers.extremes[:, first:, list(self.wanted.quantities).index(name)]
-        return values.min(axis=1) if name.endswith("_min") else values.max(axis=1)
+    def _of_all(self, answers: Answers, name: str, inside: np.ndarray | bool = True) -> np.ndarray:
+        """Outermost of the extremes of a quantity, in the turns inside."""
+        values = answers.extremes[:, :, list(self.wanted.quantities).index(name)]
+        if name.endswith("_min"):
+            return np.where(inside, values, np.inf).min(axis=1)
+        return np.where(inside, values, -np.inf).max(axis=1)
+
+    def _alike(self, points: Points) -> np.ndarray:
+        """True for points with complete turns that have no metrics beyond those of the first."""
+        if points.count is None:
+            return np.ones(len(points.until), bool)
+        sampled, kinds = self._kinds(points)
+        return (points.count >= 1) & (sampled == self._kind[0]) & (kinds <= self._kind[1]).all(0)
+
+    @cached_property
+    def _kind(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of the first point, see `statistics_of`."""
+        first = self.past, round(self.turns), self.mechanism.scene.turn, self.span.until
+        return self._statistics(*map(np.atleast_1d, (*first, self.span.samples)))
+
+    def _kinds(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
+        until, samples = points.until if points.length is None else points.length, self.samples_of
+        about = points.past, points.count, points.turn, until, samples(points)
+        return self._statistics(*about)
+
+    def _statistics(self, past, count, turn, until, samples) -> tuple[np.ndarray, np.ndarray]:
+        """True for windows with samples in each turn, (runs,), and for the statistics that some
+        windows have only, (statistics, runs).
+        """
+        per_turn = turn * (samples - 1) / until
+        last = np.floor((past + count) * per_turn * (1.0 + ROUNDING))
+        inside = last - np.ceil(past * per_turn * (1.0 - ROUNDING)) + 1
+        kinds = [(count >= RECURRING) & recurring(per_turn)]
+        if self.dry:
+            kinds.append(count >= FEWEST)
+            kinds += [np.array([told(int(n), share) for n in count], bool) for share in SHARES]
+        return (inside >= 2) & (per_turn >= 2.0), np.array(kinds)
 
     def metrics(self, answers: Answers, points: Points) -> Arrays:
-        """Metrics of the points by name, as the first point has them.
+        """Metrics of the points by name, as the first point has them; not a number where a point
+        has too few turns for one.
 
         Raises NotForLanes for others.
         """
-        seen = LaneReductions(self, answers, points)
-        periods = self._of_periods(seen) if self.periodic else ()
+        if points.count is None:
+            count = None if self.turns is None else round(self.turns)
+            by_name = self._metrics(answers, points, self.past, count)
+            return {name: by_name[name] for name in self.first}
+        values = {name: np.full(len(points.until), np.nan) for name in self.first}
+        good, windows = self._alike(points), np.stack([points.past, points.count])
+        for past, count in np.unique(windows[:, good], axis=1).T.tolist():
+            rows = good & (points.past == past) & (points.count == count)
+            part = self._metrics(answers.at(rows), points.at(rows), past, count)
+            for name in values.keys() & part.keys():
+                values[name][rows] = part[name]
+        return values
+
+    def _metrics(self, answers: Answers, points: Points, past: int, count: int | None) -> Arrays:
+        """Metrics of points with windows of as many turns."""
+        seen = LaneReductions(self, answers, points, past, count)
+        periods = self._of_periods(seen) if self.periodic and count >= RECURRING else ()
         parts = *reduced(seen), periods, self._of_turns(seen)
         by_name = {name: values for part in parts for name, values, *_ in part}
-        if missing := [name for name in self.first if name not in by_name]:
+        missing = [name for name in self.first if name not in by_name]
+        if missing and count in (None, round(self.turns)):
             raise NotForLanes(f"metric {missing[0]} is not made in lanes")
-        return {name: by_name[name] for name in self.first}
+        return by_name
 
     def errors(
         self, answers: tuple[Answers, Answers, Answers], points: Points, times: float | np.ndarray
@@ -536,7 +615,9 @@ class LaneMetrics:
         answers: of the points, of their companions, and of those with films that are stronger by so
         many times the errors of their tables.
         """
-        parts = [self.metrics(answer, points) | self.located_in(answer) for answer in answers]
+        parts = [
+            self.metrics(answer, points) | self.located_in(answer, points) for answer in answers
+        ]
         numbers = {name: np.stack([part[name] for part in parts]) for name in parts[0]}
         by, stated = differences(numbers, spreads(numbers), times), {}
         for name in self.first:
@@ -547,13 +628,21 @@ class LaneMetrics:
 
     def stated_alike(self, values: dict, stated: dict) -> np.ndarray:
         """True for points whose metrics have errors where those of the first have."""
-        good = [np.isfinite(errors) for errors in stated.values()]
+        good = [
+            np.isfinite(errors) | np.isnan(values[name.removesuffix("_error")])
+            for name, errors in stated.items()
+        ]
         without = [n for n in self.first if f"{n}_error" not in stated and not is_period(n)]
         return np.logical_and.reduce([*good, *(~np.isfinite(values[n]) for n in without)])
 
-    def located_in(self, answers: Answers) -> Arrays:
+    def located_in(self, answers: Answers, points: Points) -> Arrays:
         """Located extremes of the window that stated errors compare."""
-        return {name: self._of_all(answers, name, self.past) for name in self.located}
+        turn = _turns_of(answers)
+        inside = turn >= self.past
+        if points.count is not None:
+            past, count = points.past[:, None], np.maximum(points.count, 1)[:, None]
+            inside = (turn >= past) & (turn < past + count)
+        return {name: self._of_all(answers, name, inside) for name in self.located}
 
     def _of_turns(self, seen: LaneReductions):
         """Metrics of turn peaks, see metrics/of_points.py."""
@@ -564,8 +653,8 @@ class LaneMetrics:
 
     def _of_periods(self, seen: LaneReductions):
         rows = [{name: v for name, v, *_ in periodicity(r, seen.window(r))} for r in seen.runs]
-        for name in rows[0] if rows else ():
-            yield name, np.array([row[name] for row in rows])
+        for name in dict.fromkeys(chain(*rows)):
+            yield name, np.array([row.get(name, math.nan) for row in rows])
 
     def number(self, par: np.ndarray, part, name: str, default: float | None = None) -> np.ndarray:
         """A number of a part of the scene at points with these parameters.
@@ -585,7 +674,7 @@ class LaneMetrics:
         scene, implicit = self.mechanism.scene, METHODS[self.method].IMPLICIT
         count = np.zeros(len(points.until), int)
         count += not implicit and any(j.film is not None for j in scene.clearance_joints)
-        count += sum(map(partial(self._at_end, answers), scene.clearance_joints))
+        count += sum(map(partial(self._at_end, answers, points), scene.clearance_joints))
         for joint in scene.clearance_joints:
             count += without_pace(self.mechanism, joint) is not None
             if joint.film is not None and joint.film_joint is not None:
@@ -594,12 +683,13 @@ class LaneMetrics:
                 count += self._holes(joint, answers, points, data)
         return count
 
-    def _at_end(self, answers: Answers, joint) -> np.ndarray:
+    def _at_end(self, answers: Answers, points: Points, joint) -> np.ndarray:
         """True for runs whose last outputs give a warning of a joint."""
         if type(joint).at_end is Joint.at_end:
             return np.zeros(len(answers.status), bool)
         places = {n: i for i, n in enumerate(self.wanted.tracks) if n.startswith(f"{joint.key}/")}
-        last = answers.tracks[:, list(places.values()), -1].tolist()
+        last = answers.tracks[np.arange(len(answers.status)), :, self.samples_of(points) - 1]
+        last = last[:, list(places.values())].tolist()
         names = [path.rpartition("/")[2] for path in places]
         rows = (dict(zip(names, row, strict=True)) for row in last)
         return np.array([joint.at_end(row) is not None for row in rows])
@@ -650,6 +740,11 @@ class LaneMetrics:
         return sum(np.asarray(there, int) for there in formal)
 
 
+def _turns_of(answers: Answers) -> np.ndarray:
+    """Numbers of the turns of runs: (1, turns)."""
+    return np.arange(answers.extremes.shape[1])[None]
+
+
 class RunInLanes:
     """The part of a record that metrics of a single run read: contacts, and what is stored at its
     samples.
@@ -661,10 +756,11 @@ class RunInLanes:
         lanes, points, answers = seen.lanes, seen.points, seen.answers
         self.uneven = lanes.record.uneven
         self.lanes, self.index, self.par = lanes, index, points.par
-        self.tracks = dict(zip(lanes.wanted.tracks, answers.tracks[index], strict=True))
         self.turn = float(points.turn[index])
         until = (points.until if points.length is None else points.length)[index]
-        samples = lanes.span.samples
+        samples = np.broadcast_to(lanes.samples_of(points), points.until.shape)[index]
+        tracks = answers.tracks[index, :, :samples]
+        self.tracks = dict(zip(lanes.wanted.tracks, tracks, strict=True))
         self.time = np.arange(samples) * (until / (samples - 1))
         self.time[-1] = until
         self.joints = {

@@ -86,7 +86,8 @@ class PointNumbers:
     scene: gives the scene of swept values; prepared: gives the run of them, not begun; columns:
         values of the swept numbers by name, (points,); share: of a number that it may be off; base:
         a point to begin with, default in the middle; alone: numbers of none of the three kinds
-        are prepared at each point, such as a start that lengths decide.
+        are prepared at each point, such as a start that lengths decide; even: runs have as many
+        turns and samples.
     run: of the base. Raises NotForLanes.
     """
 
@@ -98,9 +99,10 @@ class PointNumbers:
         share: float = 0.0,
         base: dict[str, float] | None = None,
         alone: bool = False,
+        even: bool = True,
     ):
         self.scene_of, self.prepared, self.columns, self.share = scene, prepared, columns, share
-        self.alone, self.latest = alone, ({}, np.zeros((0, 0)))
+        self.alone, self.even, self.latest = alone, even, ({}, np.zeros((0, 0)))
         self.rates: LaneOutputs | None = None  # of the bodies at the start, see `_frequency`
         self.values = {name: np.unique(column) for name, column in columns.items()}
         middle = {name: values[len(values) // 2].item() for name, values in self.values.items()}
@@ -145,12 +147,12 @@ class PointNumbers:
         texts = [(path, type(v) if type(v) is float else v) for path, v in described]
         texts = [(path, v) for path, v in texts if not _is_place(path, v)]
         starts = mechanism.par[len(layout.parameters) + layout.derived :]
+        length = (run.span.samples, run.watched.sizes) if self.even else ()
         return (
             mechanism.structure,
             texts,
             len(starts),
-            run.span.samples,
-            run.watched.sizes,
+            length,
             run.method.text,
             bool(mechanism.pace),
         )

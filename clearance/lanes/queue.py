@@ -45,8 +45,9 @@ ROWS = (
     "event begins ends probes new slope"
 )
 
-#: columns of `spans`, a row for each point
-BEGIN, UNTIL, EVERY, SAMPLES, TURN = range(5)
+#: columns of `spans`, a row for each point: begin of its window, end of its run [s]. Then time
+#: between samples, their number, length and number of turns, and end of the window
+BEGIN, UNTIL, EVERY, SAMPLES, TURN, RUN_TURNS, END = range(7)
 #: columns of `progress`, a row for each lane: its point, turns made, the next sample and its time,
 #: samples that wait, the phase in which it goes on
 POINT, TURNS, SAMPLE, DUE, DRAWN, GOES_ON = range(6)
@@ -89,7 +90,7 @@ def layout(*, width: int, quantities: int, contacts: int) -> np.dtype:
 #: pieces: addresses; rows: (rows, W); sides: rows beside each lane, for places
 #: of its run (W, rows, W); data: tables; blank: rows of a lane before its point; where, points:
 #: rows that a point sets, and its numbers (points, rows); common: rows that all places of a run
-#: share; spans: columns BEGIN to TURN; ends: of the turns, where these are no TURN each (points,
+#: share; spans: columns BEGIN to END; ends: of the turns, where these are no TURN each (points,
 #: turns), else empty; ideal: of each sample (points or 1, numbers, samples);
 #: waiting: places of the points; gathered: rows stored; energies: places in the state, stored at
 #: the end of each turn in ledgers (points, turns, energies); extremes: (points, turns, quantities);
@@ -155,8 +156,9 @@ def end_of_turn(s, point, turn):
     """End of a turn of a run, the last that of the run."""
     if s.ends.shape[1] > 0:
         return s.ends[point, turn]
-    end, until = (turn + 1) * s.spans[point, TURN], s.spans[point, UNTIL]
-    return until if end > until * (1.0 - SAME) else end
+    if turn + 1.0 >= s.spans[point, RUN_TURNS]:
+        return s.spans[point, UNTIL]
+    return (turn + 1) * s.spans[point, TURN]
 
 
 @shared
@@ -296,6 +298,19 @@ def hold(s, lane, time, theta, share, index):
         draw(s, lane)
 
 
+@inline
+def share_of(s, point, due):
+    """Share of the window that a sample stands for, the first and the last up to its ends; none
+    behind it.
+    """
+    begin, end, every = s.spans[point, BEGIN], s.spans[point, END], s.spans[point, EVERY]
+    if due > end * (1.0 + SAME):
+        return 0.0
+    low = due - 0.5 * every if due - every >= begin * (1.0 - SAME) else begin
+    high = due + 0.5 * every if due + every <= end * (1.0 + SAME) else end
+    return (high - low) / (end - begin)
+
+
 @shared
 def sample(s, lane):
     """Take the samples of the step made last."""
@@ -304,13 +319,10 @@ def sample(s, lane):
         return
     h, begun = s.rows[s.last_h_row, lane], s.rows[s.begun_row, lane]
     point = int(s.progress[lane, POINT])
-    begin, until = s.spans[point, BEGIN], s.spans[point, UNTIL]
-    half = 0.5 * s.spans[point, EVERY]
     while s.progress[lane, DUE] <= time:
         due, index = s.progress[lane, DUE], int(s.progress[lane, SAMPLE])
         theta = min((due - begun) / h, 1.0) if h > 0.0 else 0.0
-        share = (min(due + half, until) - max(due - half, begin)) / (until - begin)
-        hold(s, lane, due, theta, share, index)
+        hold(s, lane, due, theta, share_of(s, point, due), index)
         s.progress[lane, SAMPLE] = index + 1.0
         s.progress[lane, DUE] = sample_time(s, point, index + 1.0)
 

@@ -260,5 +260,6 @@ def grown(piece, h, error, order: float):
     sizes = error, 1.0 / order, piece["effort"], h, before, last_error
     (factor,) = piece.formula(control.factor, *sizes)
     after, rate = piece["refusal"] > 0.5, piece["newton_rate"]
-    (step,) = piece.formula(control.next_step, h, factor, rate, GOOD_RATE, after)
+    (clock,) = piece.formula(control.resolution, piece["t"], piece["end"])
+    (step,) = piece.formula(control.next_step, h, factor, rate, GOOD_RATE, after, clock)
     return step

@@ -16,7 +16,14 @@ from clearance.lanes.steps import ARRIVED, FINISH, START
 from clearance.machine.store import OPTIONS, Entry
 from clearance.stepping import control, status
 from clearance.stepping.contacts import ALIGNMENTS, RESOLVED
-from clearance.stepping.control import CLEARLY, FLIP_LIMIT, ONSET, cubic, resolution, summit
+from clearance.stepping.control import (
+    CLEARLY,
+    FLIP_LIMIT,
+    after_kink,
+    cubic,
+    resolution,
+    summit,
+)
 from clearance.stepping.locating import FREE
 from clearance.stepping.types import DIGEST, Whole, inline, shared
 from clearance.values.spots import CONTACT
@@ -279,7 +286,8 @@ def leave(address, lane):
     if seek[MET] == 1.0 and s.kinds[k] == CONTACT:
         change_phase(s, lane, k)
     else:
-        rows[s.step_row, lane] = ONSET * seek[PROPOSAL]
+        clock = resolution(rows[s.t_row, lane], rows[s.end_row, lane])
+        rows[s.step_row, lane] = after_kink(seek[PROPOSAL], clock)
     return 0
 
 

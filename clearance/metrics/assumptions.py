@@ -152,6 +152,11 @@ def _torque(record: Record, window: Window, body: str) -> float | None:
     return float(np.abs(record.values(path)[window.samples]).max())
 
 
+def _brief(value: float) -> str:
+    """Two digits, without an exponent where the number is large."""
+    return f"{value:.2g}" if abs(value) < 100.0 else f"{value:.0f}"
+
+
 def _bar(section: tuple[float, ...] | None, area: float) -> str:
     if section is None:
         return f"round steel bar of its mass ({2e3 * math.sqrt(area / math.pi):.3g} mm)"
@@ -161,12 +166,12 @@ def _bar(section: tuple[float, ...] | None, area: float) -> str:
 def _bending(
     record, name: str, bent: float, moment: float, frequency: float, bar: str
 ) -> Assumption:
-    text = f"{name} bends by {1e6 * bent:.2g} um as a {bar}"
+    text = f"{name} bends by {_brief(1e6 * bent)} um as a {bar}"
     clearance, share = min(record.clearances.values(), default=None), None
     if clearance:
         share = bent / clearance
         needed = (64.0 * moment * share / SHARE / math.pi) ** 0.25
-        text += f", {100.0 * share:.2g} % of the clearance; 1 % takes {1e3 * needed:.3g} mm"
+        text += f", {_brief(100.0 * share)} % of the clearance; 1 % takes {1e3 * needed:.3g} mm"
     text += f"; it swings at {frequency:.3g} Hz"
     if shortest := _shortest(record, frequency):
         text += f", contacts of {1e3 * shortest:.2g} ms are shorter than that and shake it more"
@@ -199,8 +204,8 @@ def _liner(record: Record, joint: dict) -> Iterator[Assumption]:
     text = (
         f"joint {joint['name']}: {1e-6 * pressure:.3g} MPa press {1e3 * layer:.2g} mm of "
         f"{material['name']} in by "
-        f"{1e6 * depth:.2g} um, {100.0 * share:.2g} % of the thinnest film; 1 % takes a layer of "
-        f"{1e-9 * pressure / (SHARE * gap):.2g} GPa/m"
+        f"{_brief(1e6 * depth)} um, {_brief(100.0 * share)} % of the thinnest film; 1 % takes a "
+        f"layer of {1e-9 * pressure / (SHARE * gap):.2g} GPa/m"
     )
     yield Assumption("liner", joint["name"], float(depth), "m", float(share), text, LINER)
 
@@ -221,9 +226,9 @@ def _contact(record: Record, window: Window, joint: dict) -> Iterator[Assumption
     if not power > 0.0:
         return
     flash = float(_flash(mu, load, slip, joint).max())
-    text = f"joint {name}: contacts flash {flash:.2g} K above the bulk of the surfaces"
+    text = f"joint {name}: contacts flash {_brief(flash)} K above the bulk of the surfaces"
     yield Assumption("flash", name, flash, "K", None, text, FLASH)
-    taken = f"less than {WARM:g} K of bulk take {power / WARM:.2g} W/K"
+    taken = f"less than {WARM:g} K of bulk take {_brief(power / WARM)} W/K"
     text = f"joint {name}: {power:.3g} W of friction; {taken}"
     yield Assumption("bulk", name, power / WARM, "W/K", None, text, BULK)
 

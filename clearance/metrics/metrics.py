@@ -58,7 +58,7 @@ from clearance.values.spelling import ByName
 from clearance.values.spots import CORNERS, MODES
 
 PERIODIC = 0.01  # distance over the clearance below which a journal counts as back
-FEWEST = 3  # least number of turns that show a period
+RECURRING = 3  # least number of turns that show a period
 SETTLING = 0.5  # change from turn to turn, last over first, below which a motion settles
 SURFACES = ("bearing", "journal")  # that wear
 EFFORTS = {"torque": "N m", "force": "N"}
@@ -546,6 +546,11 @@ def dissipation(seen: Reductions) -> Numbers:
             yield metric, seen.increase(path) / count, units, f"energy taken out {when} {who}"
 
 
+def recurring(per_turn: float | np.ndarray) -> bool | np.ndarray:
+    """True for samples of which so many a turn show a period."""
+    return (per_turn >= COARSE) | (np.abs(per_turn - np.round(per_turn)) <= ON_SAMPLE)
+
+
 def periodicity(record: Record, window: Window) -> Numbers:
     """After how many turns the journals come back.
 
@@ -553,10 +558,10 @@ def periodicity(record: Record, window: Window) -> Numbers:
     between samples are those of a cubic, and too few of them mean nothing.
     """
     time, moving = record.time, offsets(record)
-    if not record.clearances or window.turns is None or window.turns < FEWEST:
+    if not record.clearances or window.turns is None or window.turns < RECURRING:
         return
     per_turn = record.turn * (time.size - 1) / float(time[-1])
-    if per_turn < COARSE and abs(per_turn - round(per_turn)) > ON_SAMPLE:
+    if not recurring(per_turn):
         return
     x, y = (
         np.stack([_evenly(record, path, window) / size for path, size in part])

@@ -12,6 +12,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from clearance.mechanism.build import Mechanism
 from clearance.results.stream import filters
 from clearance.values import checks
@@ -108,12 +110,17 @@ def span_of(scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER_TURN) 
     if samples is None:
         every = checks.positive("samples_per_turn", samples_per_turn)
         wanted = checks.finite("samples", every * until / turn) if turn else every
-        samples = max(round(wanted), 1) + 1
+        samples = samples_in(wanted)
     if checks.finite("samples", samples) < 2:
         raise ValueError(f"samples must be at least 2, got {samples!r}")
     if samples > MOST_SAMPLES:
         raise ValueError(f"samples must be at most 2^53, got {samples:.6g}")
     return Span(until, int(samples))
+
+
+def samples_in(intervals: float | np.ndarray) -> float | np.ndarray:
+    """Number of samples of a run of so many intervals."""
+    return np.maximum(np.rint(intervals), 1.0) + 1.0
 
 
 def choose_method(

@@ -21,6 +21,7 @@ from clearance.results.extremes import (
     stretches,
     summed,
 )
+from clearance.run.options import Span
 from clearance.stepping import state as places
 from clearance.stepping.control import BAND
 from clearance.stepping.state import CLEARANCE, KIND, PULL, RATE_X, RATE_Y, State
@@ -103,13 +104,22 @@ COLUMNS = [places.CHANNEL, places.PAIRED, places.SIGN, places.JOINT]
 #: times rtol^(5/6): error of a polynomial without its oldest place that calls for inner places,
 #: over the mean of the integrand. In runs with impacts, which err by more, it is ten times as much
 LIMIT, IMPACTS = 2.0, 10.0
+SURELY = 1e-6  # of the time between samples, over a run, beyond which turns end between them
 FORMS = {"square": places.SQUARE, "pair": places.PAIR}
 
 
-def watched_of(mechanism: Mechanism, until: float, outputs: bool) -> "Watched":
+def watched_of(mechanism: Mechanism, span: Span, outputs: bool) -> "Watched":
     """The watched outputs of a run, those of an earlier run of the scene where it was as long."""
-    make = partial(Watched, mechanism, until, outputs)
-    return mechanism.remembered(("watched", until, outputs), make)
+    make = partial(Watched, mechanism, span, outputs)
+    return mechanism.remembered(("watched", span, outputs), make)
+
+
+def _between_samples(turn: float | None, span: Span) -> bool:
+    """True where turns of a steady drive end between samples."""
+    if turn is None or turn > span.until:
+        return False
+    per_turn = turn * (span.samples - 1) / span.until
+    return abs(per_turn - round(per_turn)) * span.until > SURELY * turn
 
 
 class Watched:
@@ -119,8 +129,8 @@ class Watched:
         each contact. integrands: those with integrals over time.
     """
 
-    def __init__(self, mechanism: Mechanism, until: float, outputs: bool):
-        scene = mechanism.scene
+    def __init__(self, mechanism: Mechanism, span: Span, outputs: bool):
+        scene, until = mechanism.scene, span.until
         channels = mechanism.layout.channels if outputs else ()
         index = mechanism.layout.output if outputs else {}
         guided = guides(scene.description()) if channels else {}
@@ -131,7 +141,8 @@ class Watched:
         blended = tuple(e.name for e, spot in mechanism.spots if spot.kind == BLENDED)
         drive = next((d for d in scene.drives if d.turn is not None and not d.speed), None)
         self.counted = index.get(drive and f"{drive.key}/turns", -1)
-        self.integrands = summed(channels, blended, self.counted >= 0)
+        between = self.counted >= 0 or _between_samples(scene.turn, span)
+        self.integrands = summed(channels, blended, between)
         self.contacts: dict[int, int] = {}  # spot -> its first row
         for i, (element, spot) in enumerate(mechanism.spots):
             if spot.kind == CONTACT and channels:

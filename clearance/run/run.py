@@ -71,7 +71,7 @@ class Run:
             source.reset()
         self.budget = SLOW_BUDGET if online else BUDGET
         self.loop = import_module("clearance.stepping.loop")
-        self.watched = watched_of(mechanism, span.until, outputs)
+        self.watched = watched_of(mechanism, span, outputs)
         if online:  # films with a memory begin anew
             self._begun()
         else:

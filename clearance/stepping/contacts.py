@@ -42,12 +42,26 @@ def probe(s, t, h, theta):
 
 
 @inline
+def dead_band(s, joint):
+    """Dead band: of a kink as much wider as coordinates are wound up, for these are rounded so."""
+    return s.band[joint] * (1.0 if s.contacts[joint, KIND] == CONTACT else s.wound)
+
+
+@shared
+def wind(s):
+    """Note how far coordinates are wound up."""
+    s.wound = 1.0
+    for i in range(s.coordinates):
+        s.wound = max(s.wound, abs(s.y[i]) / (control.WOUND * s.scale[i]))
+
+
+@inline
 def beyond(s, joint):
     """Sign of the penetration of a joint behind its next start or end of contact."""
     touching = s.contacts[joint, TOUCHING] > 0.0
     gradual = s.contacts[joint, KIND] != CONTACT
     before = depth_of(s.before, joint), rate_of(s.before, joint)
-    return control.beyond(touching, gradual, *before, s.band[joint])
+    return control.beyond(touching, gradual, *before, dead_band(s, joint))
 
 
 @shared
@@ -74,16 +88,16 @@ def crossing(s, t, h, joint, ends, depths):
     are halved: their other end may be the one that counts.
     """
     (low, high), (at_low, at_high) = ends, depths
-    wanted, side = beyond(s, joint), 0.0
+    wanted, side, band = beyond(s, joint), 0.0, dead_band(s, joint)
     for _ in range(60):
         if high - low < 1e-15:
             break
         theta = 0.5 * (low + high)
-        if at_low < -s.band[joint]:
+        if at_low < -band:
             theta = (low * at_high - high * at_low) / (at_high - at_low)
         probe(s, t, h, theta)
         value = depth_of(s.inside, joint) * wanted
-        if abs(value) < SETTLED * s.band[joint]:
+        if abs(value) < SETTLED * band:
             return theta
         if value > 0.0:
             high, at_high = theta, value
@@ -108,7 +122,7 @@ def near_contact(s, h):
         turns = wanted * before > 0.0 > wanted * after
         if s.contacts[j, KIND] == CONTACT or turns:
             deepest += h * max(abs(before), abs(after))
-        if deepest > s.band[j]:
+        if deepest > dead_band(s, j):
             return True
     return False
 
@@ -123,14 +137,14 @@ def event_of(s, t, h, joint, low, high):
     wanted = beyond(s, joint)
     value, end = depth_of(s.ahead, joint) * wanted, high
     if (
-        value <= s.band[joint]
+        value <= dead_band(s, joint)
         and rate_of(s.probed, joint) * wanted > 0.0
         and rate_of(s.ahead, joint) * wanted < 0.0
     ):
         end = summit(s, t, h, joint, low, high, wanted)
         probe(s, t, h, end)
         value = depth_of(s.inside, joint) * wanted
-    if value <= s.band[joint]:
+    if value <= dead_band(s, joint):
         return 2.0
     return crossing(s, t, h, joint, (low, end), (depth_of(s.probed, joint) * wanted, value))
 
@@ -190,7 +204,7 @@ def aligned(s, t, h, event, theta):
         s.events(t + size, s.y_new, s.par, s.work, s.after)
         value = wanted * depth_of(s.after, event)
         rate = wanted * rate_of(s.after, event)
-        if abs(value) <= 1e-2 * s.band[event]:
+        if abs(value) <= 1e-2 * dead_band(s, event):
             return status.CUT, size, True
         if value > 0.0:
             high, passed = size, True
@@ -242,6 +256,7 @@ def meet(address, t, h):
     touch or last it ends on, or -1.
     """
     s = state_at(address)
+    wind(s)
     if not near_contact(s, h):
         return status.NO_EVENT
     interpolate(s, t, h)

@@ -12,10 +12,11 @@ SQUEEZE = 0.05  # smallest part of a film that a step may leave
 FILM_ERROR = 0.05
 RESOLVED = 1e-11  # share of a film's rate that no error need be below: rounding takes some 1e-15
 FORGET = 0.3  # what of a film's damping is remembered from one step to the next
-BAND = 1e-13  # dead band of a touch, share of the lengths in its penetration
+BAND = 1e-13  # dead band of a touch or a kink, share of the lengths in its penetration
+WOUND = 50.0  # natural sizes beyond which rounding of coordinates exceeds that of a kink
 # step over time that still advances the clock; the layer a film forms at the start needs short ones
 SMALLEST = 4e-16
-CLEARLY = 10.0  # first step of a phase, at least, over what the clock resolves
+CLEARLY = 10.0  # first step of a phase, or one that errors let grow, over what the clock resolves
 EARLIEST = 1e-20  # share of the end before which the clock resolves no less: a film's first layer
 SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
 # power of the error that a step refused again goes by: solutions are less smooth at a contact's
@@ -61,18 +62,24 @@ def factor(error, power, effort, step, before, last_error):
 
 
 @inline
-def next_step(step, value, newton_rate, good_rate, refused):
+def next_step(step, value, newton_rate, good_rate, refused, clock):
     """The step after an accepted one; value: its factor. Small changes are not worth a new
     factorisation.
 
     newton_rate: of convergence, which should not exceed the good rate; 0 for none. refused: the
-    step before was.
+    step before was. clock: the longest step that it does not resolve; the next is clearly longer.
     """
     if newton_rate > 0.0:
         value = min(value, max(0.5, good_rate / newton_rate))
     if refused:
         value = min(value, 1.0)
-    return step if 1.0 <= value <= 1.2 else step * value
+    return max(step if 1.0 <= value <= 1.2 else step * value, CLEARLY * clock)
+
+
+@inline
+def after_kink(step, clock):
+    """The step after one that a kink cut; clock: as above."""
+    return max(ONSET * step, CLEARLY * clock)
 
 
 @inline

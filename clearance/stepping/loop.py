@@ -17,10 +17,10 @@ from clearance.stepping.control import (
     FLIP_LIMIT,
     FORGET,
     NEWTON_FAILED,
-    ONSET,
     SHRINK,
     SQUEEZE,
     STIFF_ENOUGH,
+    after_kink,
     factor,
     leaving,
     next_step,
@@ -182,7 +182,8 @@ def grow(s, h):
     error = max(s.error, 1e-10)
     refused = s.last_refusal != status.MADE
     value = factor(error, 1.0 / s.order, s.effort, h, s.last_step, s.last_error)
-    s.step_size = next_step(h, value, s.newton_rate, GOOD_RATE, refused)
+    clock = resolution(s.time, s.end)
+    s.step_size = next_step(h, value, s.newton_rate, GOOD_RATE, refused, clock)
     s.last_refusal, s.refusals = status.MADE, 0
     s.last_step, s.last_error = h, max(error, 1e-2)
 
@@ -396,7 +397,7 @@ def advance(s):
     if cut and s.met >= 0:
         change_phase(s, s.time)
     elif cut:
-        s.step_size = ONSET * proposal
+        s.step_size = after_kink(proposal, resolution(s.time, s.end))
     if stiff(s) and s.may_switch == 1:
         return status.STIFF
     return status.RUNNING

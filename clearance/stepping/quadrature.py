@@ -184,7 +184,7 @@ def add_times(s, t, h, low, high, inner):
         s.integrals[TOUCHED, k] = s.integrals[TOUCHED + LAST, k]
 
 
-# --- turns of a finite drive
+# --- turns that end between samples
 @shared
 def grow(s, row):
     """Growths of sums in this part of the run, from a row of outputs."""
@@ -282,7 +282,7 @@ def add_interval(s, t, h, low, high, seen, turning):
             integrate(s, done, end)
             add(s)
             done = end
-        if s.counted >= 0:
+        if s.integrals.shape[1] > s.grown:
             observe_inside(s, t, h, high + end / h)
             grow(s, s.look)
             for k in range(s.grown, s.integrals.shape[1]):

@@ -80,6 +80,7 @@ FLOATS = (
     "cut_h",  # the step made again to end on a contact's start or end [s]
     "stiffness",  # step times the largest eigenvalue felt
     "gain",  # g of the factors of the last step [1/s]
+    "wound",  # times the dead band of a kink for coordinates that are wound up
 )
 #: numbers of a run that are integers
 INTEGERS = (
@@ -168,7 +169,7 @@ def layout(
         "f": (size,),  # its rate
         "work": (work,),
         "scale": (size,),  # natural sizes of the states
-        "band": (spots,),  # dead band of a touch [m]
+        "band": (spots,),  # dead band of a touch or a kink [m]
         "contacts": (spots, CONTACT_COLUMNS),
         "peaks": (peaks, PEAK_COLUMNS),
         "best": (stretches, peaks),  # extremes of finished stretches

@@ -27,7 +27,7 @@ from clearance.lanes.possible import possible
 from clearance.machine.threads import at_once
 from clearance.mechanism.build import acceleration_of, tables_of
 from clearance.metrics.metrics import described
-from clearance.run.options import Span, longest_step
+from clearance.run.options import SAMPLES_PER_TURN, Span, longest_step, samples_in
 from clearance.run.run import Run
 from clearance.scene.case import Case
 from clearance.scene.scene import Scene
@@ -99,16 +99,19 @@ class Together:
         if reason := lanes.impossible(run.mechanism, run.method.current):
             raise NotForLanes(reason)
         self.summing = LaneMetrics(run, settle, error)
+        #: runs may have other turns than the first
+        self.lengths = "turns" not in options and run.mechanism.scene.turn is not None
         self.spread = self._spread(prepared, first)
         self.spread.prepared = alone  # from now on
         tried = list(trials.values())
         films = [list(map(id, run.mechanism.sources.values())) for _, run in tried]
         self.several = any(tables != films[0] for tables in films)
-        moves = self.spread.moves or run.mechanism.scene.turn is None
-        self.ideal = self._ideal() if self.summing.ideal and moves else None
         turning = SCALARS.index("turn") in self.spread.varying("scalars")
-        if turning and "turns" not in options:
-            raise NotForLanes("a drive turns, but their length is not in turns")
+        self.lengths &= turning
+        if self.lengths:
+            self._begin_with_most(settle, error)
+        moves = self.spread.moves or run.mechanism.scene.turn is None or self.lengths
+        self.ideal = self._ideal() if self.summing.ideal and moves else None
         #: warnings of a scene; not a number where points differ in them
         self.doubts = _alike({len(run.mechanism.scene.doubts) for _, run in tried})
         self.run = self.spread.run
@@ -118,7 +121,7 @@ class Together:
             self.mechanism,
             self.run.method.current,
             self.run.solver.rtol,
-            self.run.span.samples,
+            self.summing.span.samples,
             self.summing.watch,
             self.summing.wanted.channels,
             self.summing.ideal_rows,
@@ -128,27 +131,35 @@ class Together:
         )
         self._compare(tried)
 
+    def _begin_with_most(self, settle: float | None, error: float | str | dict | None) -> None:
+        """Metrics are those of the point with the most turns."""
+        turn = self.spread.starts(self.columns)["scalars"].T[SCALARS.index("turn")]
+        self.first = int(np.argmin(turn))
+        first = {name: column[self.first].item() for name, column in self.columns.items()}
+        self.summing = LaneMetrics(self.spread.prepared(first), settle, error)
+
     def _spread(self, prepared: Callable[[dict], Run], first: dict[str, float]) -> PointNumbers:
         """Starts of all points: bit for bit those of single runs where the sweep has them so.
 
         Steps follow the last bits of a start, and bits within a share would depend on `first`.
         """
         about = self.scene_of, prepared, self.columns
+        even = not self.lengths
         try:
-            return PointNumbers(*about, 0.0, first)
+            return PointNumbers(*about, 0.0, first, even=even)
         except NotForLanes:
             try:
-                return PointNumbers(*about, EXACT, first)
+                return PointNumbers(*about, EXACT, first, even=even)
             except NotForLanes:
                 if self.summing.steps < LONG:
                     raise
-                return PointNumbers(*about, EXACT, first, alone=True)
+                return PointNumbers(*about, EXACT, first, alone=True, even=even)
 
     def _ideal(self) -> IdealMotions:
         """Ideal motions of points that differ in lengths."""
         if any(path[0] == "joints" and path[2] in ("axis", "angle") for path in self.spread.paths):
             raise NotForLanes("the direction of a guide is swept")
-        return IdealMotions(self.spread.run.mechanism.scene, self.spread.run.span.samples)
+        return IdealMotions(self.spread.run.mechanism.scene, self.summing.span.samples)
 
     # --- numbers of points
     def points(
@@ -173,7 +184,13 @@ class Together:
             "rate_y": scale[[p + first + 1 for first, _ in shape.films]],
         }
         periods = turn.tolist() if turns else [None] * len(until)
-        spans = [Span(end, self.group.samples) for end in until.tolist()]
+        samples = self._samples(until / turn) if self.lengths else None
+        counts = np.broadcast_to(self.group.samples if samples is None else samples, until.shape)
+        spans = list(map(Span, until.tolist(), counts.tolist()))
+        past, count = None, None
+        if turns and not uneven:
+            settle, count = self.summing.whole_turns(until / turn)
+            past = settle.astype(int)
         longest = map(partial(longest_step, mechanism), spans, periods)
         points = Points(
             y=np.ascontiguousarray(start["state"].T),
@@ -182,25 +199,37 @@ class Together:
             work=self._work(start["work"].T, reach, frequency),
             films=films,
             longest=np.array(list(longest)),
-            begin=self.summing.past * turn * (not uneven),
+            begin=np.zeros_like(turn) if past is None else past * turn,
             until=until,
             turn=turn if turns else until,
             ends=until[:, None].copy() if uneven else None,
             frequency=frequency,
             numbers=self._faster(parameters)[None] ** 2,
             tables=self._tables(columns) if self.several and tables is None else tables,
-            ideal=self._motions(columns, until),
+            ideal=self._motions(columns, until, samples),
             rtol=rtol,
+            past=past,
+            count=count,
+            samples=samples,
         )
         self._film_rates(points, pull)
         return points
 
-    def _motions(self, columns: dict[str, np.ndarray], until: np.ndarray) -> np.ndarray | None:
+    def _samples(self, turns: np.ndarray) -> np.ndarray:
+        """Numbers of samples of runs of so many turns."""
+        if (samples := self.options.get("samples")) is not None:
+            return np.full(turns.shape, int(samples))
+        every = self.options.get("samples_per_turn", SAMPLES_PER_TURN)
+        return samples_in(every * turns).astype(int)
+
+    def _motions(
+        self, columns: dict[str, np.ndarray], until: np.ndarray, samples: np.ndarray | None
+    ) -> np.ndarray | None:
         """Ideal motions of points, where they differ: (points, numbers, samples)."""
         if self.ideal is None:
             return None
         scene = self.scene_of({name: Column(values) for name, values in columns.items()})
-        return self.ideal.along(scene, until)
+        return self.ideal.along(scene, until, samples)
 
     def _work(self, work: np.ndarray, reach: np.ndarray, frequency: np.ndarray) -> np.ndarray:
         """Work vectors, see Mechanism.blend, and one more number: (numbers, points)."""
@@ -279,6 +308,7 @@ class Together:
         names = self.columns
         points = self.points({n: np.array([values[n] for values, _ in tried]) for n in names})
         head, n = len(points.par), self.group.shape.states
+        counts = points.samples if self.lengths else [self.group.samples] * len(tried)
         tables = points.tables if self.several else [self.mechanism.par[head:]] * len(tried)
         films = [i for _, i in self.group.shape.films]
         rounded, least = self.spread.parts(self.spread.rounded), np.zeros(head)
@@ -293,6 +323,7 @@ class Together:
                 "work": (state.work, points.work[:, index]),
                 "natural sizes": (state.scale[:n], points.scale[:, index]),
                 "length": (run.span.until, points.until[index]),
+                "samples": (run.span.samples, counts[index]),
                 "longest step": (state.longest_step, points.longest[index]),
             }
             pairs |= {
@@ -326,18 +357,23 @@ class Together:
         """Results of points with finite drives. They run once more, up to the turns that they have
         made; their first turn here is the entire run.
         """
-        ends, good = self.summing.ends_of_turns(answers, points)
-        points.length, points.until, points.ends = points.until, ends[:, -1].copy(), ends
-        points.begin = np.insert(ends, 0, 0.0, axis=1)[:, self.summing.past - 1].copy()
+        ends, settle, count = self.summing.ends_of_turns(answers, points)
+        good = np.flatnonzero(count)
+        ends[count == 0, 0] = points.until[count == 0]
+        edges, last = np.insert(ends, 0, 0.0, axis=1), settle + count
+        points.length, points.until, points.ends = points.until, points.until.copy(), ends
+        points.until[good] = edges[good, last[good]]
+        points.begin[good] = edges[good, settle[good]]
         turns = self.group.run(points, limit)
         first = points.y[len(points.y) - answers.ledgers.shape[-1] :].T[:, None]
-        points.ends = np.concatenate([np.zeros((len(good), 1)), ends], axis=1)
+        points.past, points.count = 1 + settle, count
+        points.ends = np.concatenate([np.zeros((len(count), 1)), ends], axis=1)
         return replace(
             answers,
             extremes=np.concatenate([answers.extremes, turns.extremes], axis=1),
             totals=np.concatenate([np.zeros_like(answers.totals), turns.totals], axis=1),
             ledgers=np.concatenate([first, turns.ledgers], axis=1),
-            status=np.where(good, turns.status, status.NOT_FINITE),
+            status=np.where(count > 0, turns.status, status.NOT_FINITE),
         )
 
     def warnings(
@@ -433,7 +469,8 @@ class Lanes:
     def _reason(together: Together) -> str:
         """The reason for which points of a block take the ordinary way."""
         if together.summing.request is None:
-            other = "made other turns, " if together.summing.record.uneven else ""
+            uneven = together.lengths or together.summing.record.uneven
+            other = "made other turns, " if uneven else ""
             return f"they failed, {other}carry a warning or press too deep"
         return f"they failed, or do not reach the requested errors by rtol {LOST:g}"
 

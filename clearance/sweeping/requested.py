@@ -5,8 +5,9 @@ The ordinary way gives the reason of a point that fails on the way, that does no
 at 1e-10, or whose film table alone makes larger ones.
 """
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from fnmatch import fnmatchcase
 
 import numpy as np
@@ -81,7 +82,7 @@ class Reached:
         """Some of the points."""
         if rows.all():
             return self
-        parts = points_at(self.points, rows), answers_at(self.answers, rows)
+        parts = self.points.at(rows), self.answers.at(rows)
         numbers = ({n: v[rows] for n, v in d.items()} for d in (self.values, self.stated))
         return Reached(self.places[rows], *parts, *numbers)
 
@@ -94,10 +95,10 @@ class Ladder:
         self.summing = together.summing
         self.request: Request = self.summing.request
         self.names = [n.removesuffix("_error") for n in self.summing.stated]
-        named = {alike(name, self.names) for name in self.request.asked}
+        self.named = {alike(name, self.names) for name in self.request.asked}
         #: those that a request may be about
         self.asked = [
-            n for n in self.names if n in named or any(fnmatchcase(n, p) for p in PRINTED)
+            n for n in self.names if n in self.named or any(fnmatchcase(n, p) for p in PRINTED)
         ]
 
     def climb(self) -> Iterator[Reached]:
@@ -140,7 +141,7 @@ class Ladder:
         points.longest *= longer
         answers = self.together.answers(points)
         good, numbers = self.summing.sound(answers, points), self.summing.metrics(answers, points)
-        numbers = numbers | self.summing.located_in(answers)
+        numbers = numbers | self.summing.located_in(answers, points)
         sizes = self.summing.sizes(points)
         tracks = answers.tracks[:, self.summing.offsets] / sizes[..., None]
         return points, answers, Compared(good, answers.steps, tracks, numbers)
@@ -173,7 +174,8 @@ class Ladder:
             return {}
         times, tables = strong
         *_, strong = self._ran(places, rtol, strong=(tables,))
-        return {n: np.abs(strong.numbers[n] - v) / times for n, v in plain.numbers.items()}
+        with np.errstate(invalid="ignore"):  # periods that are endless
+            return {n: np.abs(strong.numbers[n] - v) / times for n, v in plain.numbers.items()}
 
     def _over(
         self,
@@ -189,25 +191,11 @@ class Ladder:
         errors = {n: np.column_stack(triple) for n, triple in triples.items()}
         for i, apart in enumerate(trajectory.tolist()):
             numbers = ((n, *row[i].tolist()) for n, row in errors.items())
-            rows = {n: Error(value, error, film=film) for n, value, error, film in numbers}
+            rows = {
+                n: Error(value, error, film=film)
+                for n, value, error, film in numbers
+                if n in self.named or not math.isnan(value)  # of more turns than the point has
+            }
             rows[TRAJECTORY] = Error(0.0, apart)
             (worst[i], _), (table[i], _) = self.request.over(Errors(rows))
         return worst, table
-
-
-def points_at(points: Points, rows: np.ndarray) -> Points:
-    """Numbers of some of the points."""
-    films, several = {n: v[:, rows] for n, v in points.films.items()}, ("tables", "ideal", "ends")
-    vectors = {n: v for n, v in vars(points).items() if isinstance(v, np.ndarray)}
-    rest = {n: v[..., rows] for n, v in vectors.items() if n not in several}
-    first = {n: vectors[n] for n in several if n in vectors and vectors[n].ndim > 1}
-    return replace(points, **rest, **{n: v[rows] for n, v in first.items()}, films=films)
-
-
-def answers_at(answers: Answers, rows: np.ndarray) -> Answers:
-    """Results of some of the points."""
-    numbers = np.cumsum(rows) - 1
-    mine = answers.impacts[rows[answers.impacts[:, 0].astype(int)]]
-    mine[:, 0] = numbers[mine[:, 0].astype(int)]
-    rest = {n: v[rows] for n, v in vars(answers).items() if n != "impacts"}
-    return replace(answers, **rest, impacts=mine)

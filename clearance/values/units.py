@@ -125,8 +125,9 @@ def quantity(text: str | float, units: str | None = None) -> float:
         return float(number)
     unit = "gn" if units == "m/s2" and unit == "g" else plain(unit)
     if unit not in UNITS:
+        listed = [u for u, (kind, _) in UNITS.items() if kind == units] or UNITS
         raise ValueError(
-            f"unknown unit {unit!r} in {text!r}{meant(unit, UNITS)}; known: {', '.join(UNITS)}"
+            f"unknown unit {unit!r} in {text!r}{meant(unit, listed)}; known: {', '.join(listed)}"
         )
     kind, factor = UNITS[unit]
     if units is not None and units != kind and (units in _KINDS or units in ("-", "1")):

@@ -57,6 +57,7 @@ def test_units_and_readable_summary(tmp_path, typed):
         ("-p clearance=20mm", "clearance 0.02 m must be smaller than radius 0.01 m"),
         ("-p colour=red", "no parameter 'colour'; it has speed, joints"),
         ("-p speed=10furlong", "speed: unknown unit 'furlong'"),
+        ("-p clearance=3micron", "unknown unit 'micron' in '3micron'; known: m, cm, mm, um"),
         ("-p speed=fast", "speed: 'fast' is not a number"),
         ("-p speed", "expected NAME=VALUE"),
         ("-p speed=1 -p speed=2", "-p speed=2: speed is given twice, 1 before"),

@@ -10,7 +10,7 @@ from clearance.postprocess.tables import _with_error, changed_facts, differences
 from scipy.io import loadmat
 
 import clearance as cl
-from clearance.commands.diff import _short
+from clearance.commands.diff import _pair, _short
 from clearance.identify.measured import read
 
 SLIDER = ["bodies/slider/*"]
@@ -225,3 +225,15 @@ def test_a_law_of_a_file_is_one_law(tmp_path):
     assert [name for name, *_ in changed_facts(first, run("block.toml"))] == [
         "sources/pulses.py/text"
     ]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_first_line_that_differs_is_named(seed):
+    rng = np.random.default_rng(seed)
+    lines = [f"    x{i} = {rng.integers(99)}" for i in range(rng.integers(2, 40))]
+    at = int(rng.integers(len(lines)))
+    other = [*lines[:at], "    changed", *lines[at + 1 :]]
+    expected = f"line {at + 1}: {lines[at].strip()} | changed"
+    assert _pair("\n".join(lines), "\n".join(other)) == expected
+    longer = _pair("\n".join(lines), "\n".join([*lines, "more"]))
+    assert longer == f"line {len(lines) + 1}:  | more"

@@ -253,6 +253,8 @@ def test_the_command_compares_a_file(typed, tmp_path):
     before = path.read_text()
     typed(f"benchmark guide --against {path} -o {path}", status=2)
     typed(f"benchmark guide --against {path} --rtol 1e-9", status=2)
+    printed = typed(f"benchmark guide -o {path}", status=2).err
+    assert f"-o {path} is there already; give another name" in printed
     assert path.read_text() == before
 
 

@@ -110,5 +110,5 @@ def test_points_that_made_other_turns_are_not_sound():
 
 def test_less_than_a_turn_takes_the_ordinary_way():
     """Metrics of a part of a turn are left to it, with the reason."""
-    with pytest.raises(NotForLanes, match="whole turns of its drive"):
+    with pytest.raises(NotForLanes, match="complete turns of its drive"):
         Ran("six_bar_feeder", {"drive": "motor", "model": "mixed"}, 1, turns=0.5)

@@ -91,12 +91,20 @@ void machine_settle(Machine *m)
     }
 }
 
+double dead_band(const Machine *m, int j)
+{
+    double wound = 1.0;
+    for (int i = 0; i < COORDINATES && spot_kind[j] != CONTACT; i++)
+        wound = fmax(wound, fabs(m->y[i]) / (WOUND * m->size[i]));
+    return spot_band[j] * wound;
+}
+
 void machine_indicators(const Machine *m, double *z)
 {
     double values[ROOM(EVENTS)];
     if (SPOTS) events(machine_clock(m), m->y, m->par, m->work, values);
     for (int j = 0; j < SPOTS; j++)
-        z[j] = beyond(m, values, j) + (m->side[j] ? spot_band[j] : -spot_band[j]);
+        z[j] = beyond(m, values, j) + (m->side[j] ? dead_band(m, j) : -dead_band(m, j));
 }
 
 int machine_update(Machine *m)
@@ -106,7 +114,7 @@ int machine_update(Machine *m)
     /* the rates are those before the contact: nothing of it has begun */
     if (SPOTS) events(machine_clock(m), m->y, m->par, m->work, values);
     for (int j = 0; j < SPOTS; j++) {
-        double depth = beyond(m, values, j), rate = CLOSING(values, j), band = spot_band[j];
+        double depth = beyond(m, values, j), rate = CLOSING(values, j), band = dead_band(m, j);
         int begins = !m->side[j] && (depth > band || (depth >= -band && rate > 0.0));
         int ends = m->side[j] && (depth < -band || (depth <= band && rate < 0.0));
         if (!begins && !ends) continue;

@@ -51,6 +51,7 @@ void machine_place(Machine *m);             /* have drives stand at `angle` */
 void machine_depart(Machine *m);            /* have them turn from there on as time passes */
 void machine_arrive(Machine *m);            /* `angle` at the time that was reached */
 double machine_clock(const Machine *m);     /* time as kernels take it */
+double dead_band(const Machine *m, int j);   /* of a spot, wider for a kink of wound-up coordinates */
 void machine_indicators(const Machine *m, double *z);
 int machine_update(Machine *m);             /* begin and end contacts; 1: there was one */
 void machine_commit(Machine *m);            /* what a finished step carries on */

@@ -244,7 +244,7 @@ static double resolution(const Machine *m, double until)
 /* --- contacts inside a step */
 static double wanted(const Machine *m, int j)
 {
-    double depth = DEPTH(m->before, j), band = spot_band[j];
+    double depth = DEPTH(m->before, j), band = dead_band(m, j);
     int within = depth > band || (depth >= -band && CLOSING(m->before, j) > 0.0);
     return (spot_kind[j] == CONTACT ? m->side[j] : within) ? -1.0 : 1.0;
 }
@@ -263,7 +263,7 @@ static int near_contact(const Machine *m, double h)
         int turns = sign * before > 0.0 && sign * after < 0.0;
         if (spot_kind[j] == FILM) continue;
         if (spot_kind[j] == CONTACT || turns) deepest += h * larger(fabs(before), fabs(after));
-        if (deepest > spot_band[j]) return 1;
+        if (deepest > dead_band(m, j)) return 1;
     }
     return 0;
 }
@@ -286,11 +286,11 @@ static double crossing(Machine *m, double t, double h, int j, double low, double
     double sign = wanted(m, j), side = 0.0;
     for (int k = 0; k < 60 && high - low >= 1e-15; k++) {
         double theta = 0.5 * (low + high), value;
-        if (at_low < -spot_band[j])
+        if (at_low < -dead_band(m, j))
             theta = (low * at_high - high * at_low) / (at_high - at_low);
         probe(m, t, h, theta);
         value = DEPTH(m->inside, j) * sign;
-        if (fabs(value) < SETTLED * spot_band[j]) return theta;
+        if (fabs(value) < SETTLED * dead_band(m, j)) return theta;
         if (value > 0.0) {
             high = theta, at_high = value;
             if (side > 0.0) at_low *= 0.5;
@@ -306,13 +306,13 @@ static double crossing(Machine *m, double t, double h, int j, double low, double
 static double event_of(Machine *m, double t, double h, int j, double low, double high)
 {
     double sign = wanted(m, j), value = DEPTH(m->ahead, j) * sign, end = high;
-    if (value <= spot_band[j] && CLOSING(m->probed, j) * sign > 0.0
+    if (value <= dead_band(m, j) && CLOSING(m->probed, j) * sign > 0.0
         && CLOSING(m->ahead, j) * sign < 0.0) {
         end = summit(m, t, h, j, low, high);
         probe(m, t, h, end);
         value = DEPTH(m->inside, j) * sign;
     }
-    if (value <= spot_band[j]) return 2.0;
+    if (value <= dead_band(m, j)) return 2.0;
     return crossing(m, t, h, j, low, end, DEPTH(m->probed, j) * sign, value);
 }
 
@@ -351,7 +351,7 @@ static int aligned(Machine *m, double t, double h, int j, double theta, int *rea
         last = size;
         events(t + size, m->y_new, m->par, m->work, m->after);
         value = sign * DEPTH(m->after, j), rate = sign * CLOSING(m->after, j);
-        if (fabs(value) <= 1e-2 * spot_band[j]) return CUT;
+        if (fabs(value) <= 1e-2 * dead_band(m, j)) return CUT;
         if (value > 0.0) high = size, passed = 1;
         else low = size;
         shift = rate > 0.0 ? -value / rate : INFINITY;
@@ -405,7 +405,7 @@ static void swap(Machine *m)
     turn_over(m, m->met);
     for (int j = 0; j < SPOTS; j++) {
         double rate = CLOSING(m->after, j);
-        int here = spot_kind[j] == CONTACT && fabs(DEPTH(m->after, j)) <= spot_band[j];
+        int here = spot_kind[j] == CONTACT && fabs(DEPTH(m->after, j)) <= dead_band(m, j);
         if (j != m->met && here && (m->side[j] ? rate < 0.0 : rate > 0.0)) turn_over(m, j);
     }
 }
@@ -470,7 +470,7 @@ static void accept(Machine *m, double t, double h, double until)
     }
 }
 
-static void grow(Machine *m, double h)
+static void grow(Machine *m, double h, double until)
 {
     double error = larger(m->error, 1e-10), value = SAFETY * pow(error, -0.2);
     if (m->last_step > 0.0) {
@@ -479,7 +479,7 @@ static void grow(Machine *m, double h)
     }
     value = smaller(GROW, larger(SHRINK, value));
     if (m->refused) value = smaller(value, 1.0);
-    m->step = value >= 1.0 && value <= 1.2 ? h : h * value;
+    m->step = larger(value >= 1.0 && value <= 1.2 ? h : h * value, CLEARLY * resolution(m, until));
     m->refused = m->refusals = 0;
     m->last_step = h;
     m->last_error = larger(error, 1e-2);
@@ -550,10 +550,10 @@ static int advance(Machine *m, double until, int stop_at_events, int *early)
             *(in_contact(m) ? &m->contact_step : &m->free_step) = h;
         accept(m, t, h, until);
         if (trimmed && met != CUT) { /* the end of a call is no reason for short steps behind it */
-            grow(m, h);
+            grow(m, h, until);
             m->step = larger(m->step, proposal);
         } else
-            grow(m, h);
+            grow(m, h, until);
         if (met == CUT && m->met >= 0) {
             swap(m);
             begin_phase(m, until);
@@ -562,7 +562,7 @@ static int advance(Machine *m, double until, int stop_at_events, int *early)
                 return MADE;
             }
         } else if (met == CUT)
-            m->step = ONSET * proposal;
+            m->step = larger(ONSET * proposal, CLEARLY * resolution(m, until));
     }
     return MADE;
 }
