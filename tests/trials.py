@@ -325,11 +325,14 @@ def swept(drawn: Drawn, base: Base, rng: random.Random) -> bool:
 
 
 def side_by_side(drawn: Drawn, base: Base, rng: random.Random) -> bool:
-    """Points side by side in lanes of any width: the metrics of the ordinary way."""
+    """Points side by side in lanes of any width, of complete turns or with a part of one behind
+    them: the metrics of the ordinary way.
+    """
     options = {"rtol": RTOL, "max_steps": STEPS}
     if not drawn.scene.turn:
         return False
-    options["turns"] = max(1.0, round(drawn.span["turns"]))
+    turns = max(1.0, round(drawn.span["turns"])) + rng.choice([0.0, rng.random()])
+    options |= rng.choice([{"turns": turns}, {"until": turns * drawn.scene.turn}])
     mechanism = prepare(drawn.scene, **options).mechanism
     if impossible(mechanism, "radau5"):
         return False
