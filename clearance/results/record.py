@@ -8,7 +8,7 @@ import math
 import warnings
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -297,7 +297,7 @@ class Record(Drawn, ABC):
             tolerance of the run, one in each of its stretches (turns, mostly). These are gaps, film
             pressures and forces of joints, friction of joints without clearance, efforts of drives
             and accelerations along guides. Elsewhere, and in stretches that the times cut, they are
-            those of the samples.
+            those of the samples; at the times themselves also values between these.
         Raises KeyError for a channel the run does not have, ValueError where nothing lies between.
         """
         name = as_path(str(name).strip("/"), self.scene)
@@ -317,6 +317,8 @@ class Record(Drawn, ABC):
         seen = []
         if located is None or path in self or f"{path}_x" in self:
             seen = [self._of_samples(path, which, *part) for part in parts]
+        if parts and self.located is not None and name in self.located:
+            seen += self._at_ends(name, begin, end)
         if (outermost := better(name, [*seen, located])) is None:
             raise ValueError(f"extreme {name}: the run has nothing between {begin:g} and {end:g} s")
         return replace(outermost, units=self._units_of(name))
@@ -422,6 +424,24 @@ class Record(Drawn, ABC):
             return None
         i = int(values.argmin() if which == "min" else values.argmax())
         return Extreme(float(values[i]), float(self._times[inside][i]))
+
+    def _at_ends(self, name: str, begin: float, end: float) -> Iterator[Extreme]:
+        """Values of a located quantity at two times [s] which lie between samples."""
+        inside = [t for t in (begin, end) if 0.0 < t < self._times[-1]]
+        values = self.between_samples(name.rpartition("_")[0], np.array(inside))
+        for time, value in zip(inside, [] if values is None else values.tolist(), strict=False):
+            yield Extreme(value, time)
+
+    def between_samples(self, path: str, times: np.ndarray) -> np.ndarray | None:
+        """Values of a channel, or sizes of a vector's, at times [s]: cubics through samples, never
+        beyond the two about a time. None of a channel that was not stored.
+        """
+        if path not in self and f"{path}_x" not in self:
+            return None
+        values = self.sizes(path)
+        high = np.clip(np.searchsorted(self._times, times), 1, len(values) - 1)
+        pair = values[high - 1], values[high]
+        return np.clip(cubic(self._times, values, times), np.minimum(*pair), np.maximum(*pair))
 
     @cached_property
     def _times(self) -> np.ndarray:
