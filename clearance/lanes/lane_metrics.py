@@ -554,7 +554,7 @@ class LaneMetrics:
 
     @cached_property
     def _kind(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of the first point, see `statistics_of`."""
+        """Of the first point, see `_statistics`."""
         first = self.past, round(self.turns), self.mechanism.scene.turn, self.span.until
         return self._statistics(*map(np.atleast_1d, (*first, self.span.samples)))
 
