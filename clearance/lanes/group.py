@@ -91,7 +91,7 @@ class Points:
         group's; ideal: numbers of each sample, likewise (points, numbers, samples); rtol: where
         it is not the group's; ends: of the turns, where these differ in length (points, turns) [s];
         length: of the runs whose first turns these are [s]; past, count: turns before the window
-        and in it, where they are steady; samples: of each run, where not the group's.
+        and in it, where they are steady; samples: of each run.
     """
 
     y: np.ndarray
@@ -105,6 +105,7 @@ class Points:
     turn: np.ndarray
     frequency: np.ndarray
     numbers: np.ndarray
+    samples: np.ndarray
     tables: np.ndarray | None = None
     ideal: np.ndarray | None = None
     rtol: float | np.ndarray | None = None
@@ -112,7 +113,6 @@ class Points:
     length: np.ndarray | None = None
     past: np.ndarray | None = None
     count: np.ndarray | None = None
-    samples: np.ndarray | None = None
 
     @property
     def end(self) -> np.ndarray:
@@ -123,9 +123,7 @@ class Points:
 
     @property
     def turns(self) -> int:
-        """Turns of a run, the last may be a part of one."""
-        if self.ends is not None:
-            return self.ends.shape[1]
+        """Most turns of a run, the last may be a part of one."""
         return int(self.each_turns.max())
 
     @property
@@ -257,14 +255,11 @@ class Group:
         return np.ascontiguousarray(np.concatenate(parts).T)
 
     def _spans(self, points: Points) -> np.ndarray:
-        samples = self.samples if points.samples is None else points.samples
-        count = np.broadcast_to(samples, points.until.shape)
-        every = points.until / (count - 1)
         columns = (
             points.begin,
             points.until,
-            every,
-            count,
+            points.until / (points.samples - 1),
+            points.samples,
             points.turn,
             points.each_turns,
             points.end,

@@ -44,18 +44,15 @@ class IdealMotions:
                 par[layout.parameters[name]] = values_of(number)
         return par
 
-    def along(
-        self, scene: Scene, until: np.ndarray, samples: np.ndarray | None = None
-    ) -> np.ndarray:
+    def along(self, scene: Scene, until: np.ndarray, samples: np.ndarray) -> np.ndarray:
         """Places and accelerations along the guides: (points, numbers, samples); accelerations are
         those at the speed of the first scene.
 
-        scene: of columns; until: lengths of the runs [s]; samples: their numbers, where they
-        differ. Numbers behind the last sample are those there.
+        scene: of columns; until: lengths of the runs [s]; samples: their numbers. Numbers behind
+        the last sample are those there.
         """
         angle = until * values_of(rate_of(scene.description()))
-        count = self.samples if samples is None else samples
-        times = np.minimum(np.arange(self.samples)[:, None] / (count - 1), 1.0) * angle
+        times = np.minimum(np.arange(self.samples)[:, None] / (samples - 1), 1.0) * angle
         outputs = self.outputs.along(self.numbers(scene, len(until)), times)
         rows = []
         for (dx, dy), (x, y, ax, ay) in zip(

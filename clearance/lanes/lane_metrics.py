@@ -414,7 +414,7 @@ class LaneMetrics:
         Points that metrics are not about have no turns.
         """
         tracks = answers.tracks[:, list(self.wanted.tracks).index(self.counted)]
-        samples = np.broadcast_to(self.samples_of(points), points.until.shape)
+        samples = points.samples
         counted = np.maximum.accumulate(tracks, axis=1)
         rows = np.arange(len(samples))
         settle, count = self.whole_turns(counted[rows, samples - 1])
@@ -426,10 +426,6 @@ class LaneMetrics:
             turns = np.arange(1.0, total[i] + 1.0)
             ends[i, : total[i]] = time_of(turns, times, counted[i, : samples[i]])
         return ends, settle.astype(int), count
-
-    def samples_of(self, points: Points) -> int | np.ndarray:
-        """Numbers of samples of points."""
-        return self.span.samples if points.samples is None else points.samples
 
     def _state(self, stating: Stating) -> Metrics:
         """Stated errors of the first point. Raises NotForLanes where there are none."""
@@ -559,9 +555,8 @@ class LaneMetrics:
         return self._statistics(*map(np.atleast_1d, (*first, self.span.samples)))
 
     def _kinds(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
-        until, samples = points.until if points.length is None else points.length, self.samples_of
-        about = points.past, points.count, points.turn, until, samples(points)
-        return self._statistics(*about)
+        until = points.until if points.length is None else points.length
+        return self._statistics(points.past, points.count, points.turn, until, points.samples)
 
     def _statistics(self, past, count, turn, until, samples) -> tuple[np.ndarray, np.ndarray]:
         """True for windows with samples in each turn, (runs,), and for the statistics that some
@@ -688,7 +683,7 @@ class LaneMetrics:
         if type(joint).at_end is Joint.at_end:
             return np.zeros(len(answers.status), bool)
         places = {n: i for i, n in enumerate(self.wanted.tracks) if n.startswith(f"{joint.key}/")}
-        last = answers.tracks[np.arange(len(answers.status)), :, self.samples_of(points) - 1]
+        last = answers.tracks[np.arange(len(answers.status)), :, points.samples - 1]
         last = last[:, list(places.values())].tolist()
         names = [path.rpartition("/")[2] for path in places]
         rows = (dict(zip(names, row, strict=True)) for row in last)
@@ -758,7 +753,7 @@ class RunInLanes:
         self.lanes, self.index, self.par = lanes, index, points.par
         self.turn = float(points.turn[index])
         until = (points.until if points.length is None else points.length)[index]
-        samples = np.broadcast_to(lanes.samples_of(points), points.until.shape)[index]
+        samples = points.samples[index]
         tracks = answers.tracks[index, :, :samples]
         self.tracks = dict(zip(lanes.wanted.tracks, tracks, strict=True))
         self.time = np.arange(samples) * (until / (samples - 1))

@@ -117,5 +117,6 @@ def points_of(run: Run, starts: np.ndarray) -> Points:
         turn=alike(mechanism.scene.turn)[0],
         frequency=alike(mechanism.frequency)[0],
         numbers=np.zeros((0, count)),
+        samples=np.full(count, 2),
         rtol=run.rtol,
     )

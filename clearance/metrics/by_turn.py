@@ -242,8 +242,9 @@ def _peaks(record: Record, name: str, edges: np.ndarray) -> np.ndarray | None:
     for times, values in _seen(record, name):
         turn, inside = placed(times, edges)
         np.maximum.at(best, turn[inside], sign * values[inside])
-    ends = record.between_samples(name.rpartition("_")[0], edges)
-    if ends is not None and located is not None and name in located:
+    here = located is not None and name in located
+    ends = record.between_samples(name.rpartition("_")[0], edges) if here else None
+    if ends is not None:
         best = np.maximum.reduce([best, sign * ends[:-1], sign * ends[1:]])
     return sign * best if np.isfinite(best).all() else None
 

@@ -184,9 +184,10 @@ class Together:
             "rate_y": scale[[p + first + 1 for first, _ in shape.films]],
         }
         periods = turn.tolist() if turns else [None] * len(until)
-        samples = self._samples(until / turn) if self.lengths else None
-        counts = np.broadcast_to(self.group.samples if samples is None else samples, until.shape)
-        spans = list(map(Span, until.tolist(), counts.tolist()))
+        samples = np.full(until.shape, self.group.samples)
+        if self.lengths:
+            samples = self._samples(until / turn)
+        spans = list(map(Span, until.tolist(), samples.tolist()))
         past, count = None, None
         if turns and not uneven:
             settle, count = self.summing.whole_turns(until / turn)
@@ -223,7 +224,7 @@ class Together:
         return samples_in(every * turns).astype(int)
 
     def _motions(
-        self, columns: dict[str, np.ndarray], until: np.ndarray, samples: np.ndarray | None
+        self, columns: dict[str, np.ndarray], until: np.ndarray, samples: np.ndarray
     ) -> np.ndarray | None:
         """Ideal motions of points, where they differ: (points, numbers, samples)."""
         if self.ideal is None:
@@ -308,7 +309,6 @@ class Together:
         names = self.columns
         points = self.points({n: np.array([values[n] for values, _ in tried]) for n in names})
         head, n = len(points.par), self.group.shape.states
-        counts = points.samples if self.lengths else [self.group.samples] * len(tried)
         tables = points.tables if self.several else [self.mechanism.par[head:]] * len(tried)
         films = [i for _, i in self.group.shape.films]
         rounded, least = self.spread.parts(self.spread.rounded), np.zeros(head)
@@ -323,7 +323,7 @@ class Together:
                 "work": (state.work, points.work[:, index]),
                 "natural sizes": (state.scale[:n], points.scale[:, index]),
                 "length": (run.span.until, points.until[index]),
-                "samples": (run.span.samples, counts[index]),
+                "samples": (run.span.samples, points.samples[index]),
                 "longest step": (state.longest_step, points.longest[index]),
             }
             pairs |= {

@@ -112,7 +112,7 @@ def test_parts_of_turns_are_left_to_the_ordinary_way():
 )
 @pytest.mark.parametrize("error", [None, "state", 1e-3])
 def test_sweeps_run_in_lanes(options, error, tmp_path):
-    """All points of a sweep over speed, and the columns of the ordinary way; stated errors hold."""
+    """All points of a sweep over speed, without errors, with stated and with requested ones."""
     points = cl.grid(speed=np.linspace(25.0, 60.0, 12), clearance=[1e-4, 2e-4])
     fixed, more = {"model": "lubricated"}, options | ({"error": error} if error else {})
     done = cl.sweep("six_bar_feeder", points, tmp_path / "a", fixed=fixed, channels=[], **more)

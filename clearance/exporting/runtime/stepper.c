@@ -283,14 +283,14 @@ static double summit(Machine *m, double t, double h, int j, double low, double h
 static double crossing(Machine *m, double t, double h, int j, double low, double high,
                        double at_low, double at_high)
 {
-    double sign = wanted(m, j), side = 0.0;
+    double sign = wanted(m, j), side = 0.0, band = dead_band(m, j);
     for (int k = 0; k < 60 && high - low >= 1e-15; k++) {
         double theta = 0.5 * (low + high), value;
-        if (at_low < -dead_band(m, j))
+        if (at_low < -band)
             theta = (low * at_high - high * at_low) / (at_high - at_low);
         probe(m, t, h, theta);
         value = DEPTH(m->inside, j) * sign;
-        if (fabs(value) < SETTLED * dead_band(m, j)) return theta;
+        if (fabs(value) < SETTLED * band) return theta;
         if (value > 0.0) {
             high = theta, at_high = value;
             if (side > 0.0) at_low *= 0.5;
